@@ -79,7 +79,7 @@ class Instances(Part):
         return [each for each in self._all.values() if isinstance(each, kind)]
 
     def resize(self, instance: Instance, size: int) -> None:
-        """Let an object keep so many bytes. Raises LimitReached: all together would keep too many."""
+        """Let an object keep this number of bytes. Raises LimitReached: all together would keep too many."""
         wanted = self._bytes + size - instance.size
         if size > instance.size:
             self._sim.limits.check("custom_data", wanted, "remove some custom objects")

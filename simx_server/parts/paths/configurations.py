@@ -25,7 +25,7 @@ _NEARLY_EQUAL = 0.9995
 
 
 class Coordinate(IntEnum):
-    """What a number of a configuration is."""
+    """The kinds of numbers of a configuration."""
 
     LINEAR = 0
     ANGLE = 1
@@ -83,7 +83,7 @@ class Space:
 
     @cached_property
     def _plain(self) -> NDArray[np.bool_]:
-        """Return which coordinates are no parts of quaternions."""
+        """Return which coordinates belong to no quaternion."""
         return np.array([kind != Coordinate.QUATERNION for kind in self.kinds], dtype=bool)
 
     @cached_property

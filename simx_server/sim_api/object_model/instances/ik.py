@@ -119,7 +119,7 @@ class IkGroup(Instance):
 
 @dataclass(eq=False)
 class IkWorld(Instance):
-    """A world of inverse kinematics: joints and objects of the scene, with positions and poses of their own."""
+    """A world of inverse kinematics: joints and objects of the scene, with positions and poses in this world."""
 
     kind = "IK"
 
@@ -215,7 +215,7 @@ def _above(world: World, handle: int) -> list[int]:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What solving groups has given."""
+    """The result of solving groups."""
 
     is_solved: bool
     flags: int

@@ -48,7 +48,7 @@ class Look:
 
 @dataclass(frozen=True)
 class Carrier:
-    """What a path leads: joints with the object at their end and that at their base, or one object."""
+    """The objects that a path leads: joints with the object at their end and that at their base, or one object."""
 
     joints: tuple[int, ...] = ()
     tip: int = -1

@@ -73,7 +73,7 @@ def make_class(call: Call, name: str) -> Ref:
 
 @method("sceneObject", "makeObject", "changes")
 def make_object_of_object(call: Call) -> Ref:
-    """Refuse: this object is no class."""
+    """Refuse: this object is not a class."""
     name = call.world.simulation.scene.get(call.handle).name
     raise CommandError(
         f"'{name}' is no class: makeClass makes one of it, or scene.duplicateObjects copies it"

@@ -197,6 +197,10 @@ def find_config(call: Call, poses: list[Any], options: Options = None) -> Any:
     judged: list[list[float]] = []
 
     def accepts(values: np.ndarray) -> bool:
+        for joint, value in zip(joints, values[order].tolist(), strict=True):
+            environment.set_joint_position(
+                joint.scene_handle, value
+            )  # the callback may look where the arm is
         found = _judged(options, values[order].tolist(), described)
         judged.extend([] if found is None else [found])
         return found is not None

@@ -275,7 +275,7 @@ def create_shape(call: Call, options: Options = None) -> Ref:
 
 
 def _turned(poses: list[Pose], axis: int, *, is_closed: bool) -> list[Pose]:
-    """Return poses along the way, each with an axis of its own upwards."""
+    """Return poses along the way, each with one of its axes upwards."""
     count = len(poses)
     found: list[Pose] = []
     for place, (_, turn) in enumerate(poses):

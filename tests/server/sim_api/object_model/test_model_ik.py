@@ -6,37 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from model_world import Model
+from model_world import ARM, Model
 
 from simx_server.errors import CommandError
 from simx_server.limits import Limits
 from simx_server.sim_api.object_model.values import Matrix, Pose, Quaternion, Ref
 
-ARM = """
-<mujoco>
-  <compiler angle="radian"/>
-  <worldbody>
-    <body name="base">
-      <geom size="0.1"/>
-      <body name="upper" pos="0 0 0.2">
-        <joint name="shoulder" axis="0 1 0" range="-7 7" limited="true"/>
-        <geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.02"/>
-        <body name="lower" pos="0.5 0 0">
-          <joint name="elbow" axis="0 1 0" range="-3 3" limited="true"/>
-          <geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.02"/>
-          <site name="tip" pos="0.4 0 0"/>
-        </body>
-      </body>
-    </body>
-    <site name="target" pos="0.5 0 0.6"/>
-    <body name="apart" pos="3 0 0"><joint name="other" axis="0 0 1"/><geom size="0.1"/></body>
-  </worldbody>
-  <custom>
-    <text name="simx:joint:shoulder" data="mode=passive"/>
-    <text name="simx:joint:elbow" data="mode=passive"/>
-  </custom>
-</mujoco>
-"""
 POSITION = 5
 """x and z: all that the arm can choose."""
 
