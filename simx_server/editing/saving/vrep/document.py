@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.vrep.conversion.facts.old_call_backs import MAIN
 from simx_server.scene.formats.vrep.conversion.facts.scripts import options_of_version
+from simx_server.scene.formats.vrep.conversion.geometry.surfaces import Surfaces
 from simx_server.scene.formats.vrep.reading import OBJECTS
 from simx_server.scene.formats.vrep.writing.meshes import MeshPools
 from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
@@ -97,6 +98,7 @@ class _Document:
         pools = next((payload for tag, payload in records if tag == "VIN"), END)
         self._pools = MeshPools(parse_list("VIN", pools, version))
         self._writing = Writing(version, self._numbers, pools=self._pools)
+        self._writing.surfaces = Surfaces.of_file(self._first.file)
         self._writing.collections = number_collections(
             self._facts, collection_numbers(self._first.file, world) if self._same_kind else {}
         )
@@ -115,7 +117,7 @@ class _Document:
         if self._same_kind:
             self._top = kept_entries(self._facts, self._first, self._writing)
             known = self._first.facts.saved.registered
-        self._top += new_entries(self._facts, known, self._baselines.values(), self._writing)
+        self._top += new_entries(self._facts, known, self._baselines.values(), self._writing, self._top)
         if not self._is_model:
             change_settings(self._top, self._facts, self._first.facts, version)
         scripts_of = {handle: self._scripts(handle) for handle in self._handles}

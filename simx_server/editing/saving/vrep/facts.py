@@ -14,14 +14,14 @@ from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.saved import Saved
 
-from .clouds import CLOUDS
 from .common import COMMON
-from .dummies import DUMMIES, FORCE_SENSORS
 from .field import Fields, Handle
-from .joints import JOINTS
-from .paths import PATHS
-from .sensors import CAMERAS, LIGHTS, PROXIMITY_SENSORS, VISION_SENSORS
-from .shapes import SHAPES
+from .kinds.clouds import CLOUDS
+from .kinds.dummies import DUMMIES, FORCE_SENSORS
+from .kinds.joints import JOINTS
+from .kinds.paths import PATHS
+from .kinds.sensors import CAMERAS, LIGHTS, PROXIMITY_SENSORS, VISION_SENSORS
+from .kinds.shapes import SHAPES
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

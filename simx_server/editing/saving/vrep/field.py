@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from simx_server.scene.formats.vrep.conversion.geometry.surfaces import Surfaces
     from simx_server.scene.formats.vrep.writing.meshes import MeshPools
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
     from simx_server.scene.formats.vrep.writing.record_lists import RecordList
@@ -48,6 +49,8 @@ class Writing:
         default_factory=list[tuple[int, "NDArray[np.uint8]"]]
     )
     """New textures with their numbers: (rows, columns, 4) red, green, blue, opacity."""
+    surfaces: Surfaces | None = None
+    """The engine of the file, and the friction of its ground."""
     new_pairs: list[str] = field(default_factory=list[str])
     """Names of new collision and distance objects."""
     new_uis: list[str] = field(default_factory=list[str])

@@ -15,6 +15,7 @@ from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList,
 from simx_server.scene.formats.vrep.writing.top_level import TopRecord
 
 from .field import NotInVrepFiles, Writing
+from .ik_groups import IK_GROUP, ik_group, ik_numbers
 
 if TYPE_CHECKING:
     from .baseline import Baseline
@@ -26,7 +27,7 @@ ENTRIES = {
     _GROUP: ("collection", "Grn"),
     "COL": ("collision", "Nme"),
     "DST": ("distance", "Nme"),
-    "IKO": ("ik", "Nme"),
+    IK_GROUP: ("ik", "Nme"),
     "PPL": ("planning", "Nme"),
     "MPL": ("motion_planning", "Nme"),
     _UI: ("old_ui", "Bkn"),
@@ -57,6 +58,7 @@ def kept_entries(facts: Facts, baseline: Baseline, writing: Writing) -> list[Top
     now, before = facts.saved.registered, baseline.facts.saved.registered
     renamed = _renamed(facts, baseline)
     unique, found = UniqueNames("{}#{}"), list[TopRecord]()
+    numbers = ik_numbers(baseline.records, now, baseline.header.serialization)
     for tag, payload in baseline.records:
         if tag not in ENTRIES:
             found.append((tag, payload))
@@ -69,6 +71,8 @@ def kept_entries(facts: Facts, baseline: Baseline, writing: Writing) -> list[Top
             found.append((tag, payload))
         elif new is not None and tag == _GROUP:
             found.append((tag, _collection(payload, name, new, facts, writing)))
+        elif new is not None and tag == IK_GROUP:
+            found.append((tag, ik_group(payload, name, new, facts, writing, numbers)))
         elif new is not None:
             raise NotInVrepFiles(f"the changed {kind.replace('_', ' ')} '{name}'")
     return found
@@ -79,6 +83,7 @@ def new_entries(
     known: Mapping[str, Mapping[str, Annotation]],
     baselines: Iterable[Baseline],
     writing: Writing,
+    kept: Iterable[TopRecord],
 ) -> list[TopRecord]:
     """Return the records of entries that the file has not.
 
@@ -87,16 +92,20 @@ def new_entries(
         known: the entries that it has, by kind and name.
         baselines: all files from which objects come.
         writing: the numbers of objects and collections.
+        kept: the records that the file keeps.
 
     Raises:
         NotInVrepFiles: one is of a kind that is not written.
     """
     found, baselines = list[TopRecord](), list(baselines)
+    numbers = ik_numbers(kept, facts.saved.registered, writing.serialization)
     for kind, notes in facts.saved.registered.items():
         for name, note in notes.items():
             if name in known.get(kind, {}) or (kind == "ik" and not note):
                 continue
-            if kind == "collection":
+            if kind == "ik":
+                found.append((IK_GROUP, ik_group(b"", name, note, facts, writing, numbers)))
+            elif kind == "collection":
                 found.append((_GROUP, _collection(b"", name, note, facts, writing)))
             elif kind in _PAIRS:
                 found.append((_PAIRS[kind], _pair(_PAIRS[kind], name, note, facts, writing)))

@@ -282,3 +282,95 @@ def test_a_setting_for_which_the_file_has_no_record_is_told(tmp_path: Path) -> N
     world.do("setArrayParam", 0, [0, 0, -3.7])
     with pytest.raises(NotInVrepFiles, match="the gravity of the scene"):
         world.saved()
+
+
+def arm_file(path: Path, version: int) -> Path:
+    """Write a scene with an arm whose tip is linked to a target."""
+    writer = VrepWriter(version)
+    base = writer.shape("base", cuboid=(0.1, 0.1, 0.1), mass=1.0)
+    joint = writer.joint("shoulder", parent=base, mode="ik")
+    arm = writer.shape("arm", parent=joint, cuboid=(0.1, 0.1, 0.3), dynamic=True)
+    elbow = writer.joint("elbow", parent=arm, mode="ik")
+    tip = writer.dummy("tip", parent=elbow, linked=5, link_type=5)
+    writer.dummy("goal", position=(0.1, 0, 0.3), linked=tip, link_type=5)
+    writer.settings(time_step=0.05, engine=0)
+    path.write_bytes(writer.bytes())
+    return path
+
+
+@pytest.mark.parametrize("version", [18, 25])
+def test_groups_of_inverse_kinematics_that_were_made_and_changed(version: int, tmp_path: Path) -> None:
+    world = VrepWorld(arm_file(tmp_path / "made.ttt", version))
+    tip, base = handle(world, "tip"), handle(world, "base")
+    group = world.do("createIkGroup", 4, [1, 7], [0.3])
+    world.do("createIkElement", group, 0, [tip, base, -1, 7], [0.001, 0.02])
+    other = world.do("createIkGroup", 32)
+    world.do("createIkElement", other, 0, [tip, -1, -1, 3])
+    made = world.reloaded(tmp_path / "first.ttt")
+    assert changes(world, made) == []
+    name, last = made.parts.ik_groups.names()
+    assert made.parts.ik_groups.get(made.do("getIkGroupHandle", last)).explicit
+    made.do("setIkGroupProperties", made.do("getIkGroupHandle", name), 2, 11, 0.4)
+    made.do("setObjectName", handle(made, "tip"), "fingertip")
+    again = made.reloaded(tmp_path / "second.ttt")
+    assert changes(made, again) == []
+    found = again.parts.ik_groups.get(again.do("getIkGroupHandle", name))
+    assert (int(found.how.method), found.how.iterations, found.how.damping) == (2, 11, pytest.approx(0.4))
+    assert found.restore == {"position"}
+
+
+def test_margins_of_a_group_make_an_archive(tmp_path: Path) -> None:
+    world = VrepWorld(arm_file(tmp_path / "made.ttt", 25))
+    group = world.do("createIkGroup", 2, [0, 3], [0.0, 1.0, 0.01, 0.1])
+    world.do("createIkElement", group, 0, [handle(world, "tip"), -1, -1, 7])
+    with pytest.raises(NotInVrepFiles, match="margins"):
+        world.saved()
+
+
+MATERIALS = {
+    0: {"BuN": ([0.0, 0.7, 0.7, 0.0, 0.0, 0.0, 0.0], [0, 0])},
+    1: {"OdN": ([0.7, 0.2, 0.0, 0.0, 0.0], [64])},
+    4: {"Mj1": ([1, 0.005, 0.0001, 0.02, 1, 0.9, 0.95, 0.001, 0.5, 2, 1, 0], [3, 0])},
+}
+"""Parameters of contacts of a shape by engine: Bullet, ODE, MuJoCo."""
+
+
+def surface_file(path: Path, engine: int) -> Path:
+    """Write a scene with a floor and a box on it."""
+    writer = VrepWriter(25)
+    writer.shape(
+        "floor", cuboid=(5, 5, 0.1), position=(0, 0, -0.05), respondable=True, material=MATERIALS[engine]
+    )
+    writer.shape("base", cuboid=(0.2, 0.2, 0.1), dynamic=True, respondable=True, material=MATERIALS[engine])
+    writer.settings(time_step=0.05, engine=engine)
+    path.write_bytes(writer.bytes())
+    return path
+
+
+@pytest.mark.parametrize("engine", MATERIALS)
+def test_friction_of_shapes(engine: int, tmp_path: Path) -> None:
+    world = VrepWorld(surface_file(tmp_path / "made.ttt", engine))
+    world.do("setEngineFloatParam", 6003, handle(world, "base"), 0.123)
+    again = world.reloaded(tmp_path / "again.ttt")
+    assert again.do("getEngineFloatParam", 6003, handle(again, "base")) == pytest.approx(0.123, rel=1e-6)
+    # Which of two surfaces decides follows from both.
+    assert changes(world, again, "priority", ".geoms") == []
+
+
+def test_all_parameters_of_contacts_with_mujoco(tmp_path: Path) -> None:
+    world = VrepWorld(surface_file(tmp_path / "made.ttt", 4))
+    base = handle(world, "base")
+    for number, value in ((43002, 0.02), (43004, 0.01), (43006, 0.8), (43011, 2.0), (43012, 0.003)):
+        world.do("setEngineFloatParam", number, base, value)
+    for number, value in ((44001, 4), (44002, 7)):
+        world.do("setEngineInt32Param", number, base, value)
+    again = world.reloaded(tmp_path / "again.ttt")
+    assert changes(world, again) == []
+    assert again.do("getEngineInt32Param", 44002, handle(again, "base")) == 7
+
+
+def test_a_bounce_that_other_engines_lack_makes_an_archive(tmp_path: Path) -> None:
+    world = VrepWorld(surface_file(tmp_path / "made.ttt", 0))
+    world.do("setEngineFloatParam", 43004, handle(world, "base"), 0.5)
+    with pytest.raises(NotInVrepFiles, match="only MuJoCo"):
+        world.saved()

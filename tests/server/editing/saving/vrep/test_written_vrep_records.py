@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from simx_server.editing.saving.vrep.common import put_parameters
-from simx_server.editing.saving.vrep.dummies import FORCE_SENSORS
 from simx_server.editing.saving.vrep.field import Writing
-from simx_server.editing.saving.vrep.shapes import SHAPES
+from simx_server.editing.saving.vrep.kinds.dummies import FORCE_SENSORS
+from simx_server.editing.saving.vrep.kinds.shapes import SHAPES
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.vrep.writing.clouds import octree_cells, point_cells
 from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords

@@ -8,9 +8,9 @@ from simx_server.scene.formats.vrep.objects import Dummy, IkElement, IkGroup
 
 _MOST_ITERATIONS = 10_000
 
-_METHODS = {0: "pseudo_inverse", 1: "damped", 2: "transpose"}
+METHODS = {0: "pseudo_inverse", 1: "damped", 2: "transpose"}
 
-_PARTS = {1: "x", 2: "y", 4: "z", 8: "alpha_beta", 16: "gamma"}
+CONSTRAINTS = {1: "x", 2: "y", 4: "z", 8: "alpha_beta", 16: "gamma"}
 """Words for the bits of an element's constraints."""
 
 
@@ -34,7 +34,7 @@ def _is_usable(conversion: Conversion, group: IkGroup, element: IkElement) -> bo
     )
     if not is_complete:
         conversion.report.leave_out("elements of inverse kinematics without a tip", group.name)
-    return is_complete and element.enabled and bool(element.constraints & sum(_PARTS))
+    return is_complete and element.enabled and bool(element.constraints & sum(CONSTRAINTS))
 
 
 def _target(conversion: Conversion, element: IkElement) -> int:
@@ -56,7 +56,7 @@ def _add(conversion: Conversion, group: IkGroup, elements: list[IkElement], afte
         constraints=";".join(_words(element.constraints) for element in elements),
         precision=";".join(_pair(element.precision) for element in elements),
         weights=";".join(_pair(element.weights) for element in elements),
-        method=_METHODS.get(group.method, "damped"),
+        method=METHODS.get(group.method, "damped"),
         damping=max(group.damping, 0.0),
         iterations=min(max(group.iterations, 1), _MOST_ITERATIONS),
         handling="explicit" if group.is_explicit else "auto",
@@ -68,7 +68,7 @@ def _add(conversion: Conversion, group: IkGroup, elements: list[IkElement], afte
 
 
 def _words(constraints: int) -> str:
-    return ",".join(word for bit, word in _PARTS.items() if constraints & bit)
+    return ",".join(word for bit, word in CONSTRAINTS.items() if constraints & bit)
 
 
 def _pair(values: tuple[float, float]) -> str:

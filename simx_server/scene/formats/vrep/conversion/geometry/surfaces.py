@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from simx_server.scene.formats.vrep.conversion.context import Conversion
-from simx_server.scene.formats.vrep.objects import Engine, Shape, Surface
+from simx_server.scene.formats.vrep.objects import Engine, Shape, Surface, VrepFile
 
 from .damage import undamaged
 
@@ -86,11 +86,11 @@ class Surfaces:
     @classmethod
     def of(cls, conversion: Conversion) -> Surfaces:
         """Return the contacts of a conversion's file."""
-        return conversion.part(cls, lambda: cls._prepare(conversion))
+        return conversion.part(cls, lambda: cls.of_file(conversion.file))
 
     @classmethod
-    def _prepare(cls, conversion: Conversion) -> Surfaces:
-        file = conversion.file
+    def of_file(cls, file: VrepFile) -> Surfaces:
+        """Return the contacts of a file."""
         engine = file.settings.engine
         ground = None if file.is_model else ground_of(file.objects.values())
         values = _DEFAULT_GROUND if ground is None else _values(ground.surface, engine)

@@ -24,7 +24,7 @@ from simx_server.scene.formats.vrep.decoding.joints import (
 )
 from simx_server.scene.formats.vrep.objects import JointType
 
-from .field import Field, Fields, Handle, Writing
+from ..field import Field, Fields, Handle, Writing
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +24,8 @@ from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList
 from simx_server.scene.geometry.stand_ins import STAND_IN_GROUP
 from simx_server.scene.poses.poses import matrix
 
-from .field import Field, Fields, NotInVrepFiles, Writing, unwritable
+from ..field import Field, Fields, NotInVrepFiles, Writing
+from .contacts import contacts, keeps_contacts, put_contacts
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
@@ -210,25 +210,6 @@ def _put_respondable(records: ObjectRecords, value: bool, _writing: Writing) -> 
         records.own.put_bits(tag, RESPONDABLE, RESPONDABLE * value)
 
 
-def _contacts(world: World, handle: int) -> tuple[tuple[float, ...], ...]:
-    model = world.simulation.model
-    names = ("friction", "solref", "solimp", "solmix", "margin", "gap", "condim", "priority")
-    return tuple(
-        tuple(np.concatenate([np.ravel(getattr(model, f"geom_{name}")[geom]) for name in names]).tolist())
-        for geom in shape_looks.geoms_of(world, handle)
-        if model.geom_contype[geom] or model.geom_conaffinity[geom]
-    )
-
-
-def _keeps_contacts(now: Mapping[str, Any], before: Mapping[str, Any]) -> bool:
-    """Return whether the file's parameters of contacts must be those of the shape.
-
-    They follow from the file for a shape that did not collide, and a shape of another form has those of one part.
-    """
-    name = "parameters of contacts"
-    return bool(now[name] and before[name]) and now["form"] == before["form"]
-
-
 SHAPES: Fields = {
     "form": Field(_parts, _put_parts),
     "colours": Field(_looks, _put_looks),
@@ -248,8 +229,6 @@ SHAPES: Fields = {
         lambda world, handle: world.object_settings.first_velocity(handle),
         lambda records, value, _: records.own.put_numbers("Idv", *value),
     ),
-    "parameters of contacts": Field(
-        _contacts, unwritable("parameters of contacts"), of_new=False, concerns=_keeps_contacts
-    ),
+    "parameters of contacts": Field(contacts, put_contacts, of_new=False, concerns=keeps_contacts),
 }
 """The form comes first: it is written with the default colours."""

@@ -29,8 +29,8 @@ from simx_server.scene.formats.vrep.writing.colors import put_color
 from simx_server.scene.geometry import lights
 from simx_server.scene.objects import ObjectKind
 
+from ..field import Field, Fields, Handle, Writing, unwritable
 from .dummies import size_of_site
-from .field import Field, Fields, Handle, Writing, unwritable
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords

@@ -9,7 +9,7 @@ from simx_client.protocol import constants as c
 from simx_server.scene.formats.vrep.decoding.paths import CLOSED
 from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList, parse_list
 
-from .field import Field, Fields, Writing, unwritable
+from ..field import Field, Fields, Writing, unwritable
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords

@@ -16,7 +16,7 @@ from simx_server.scene.formats.vrep.decoding.joints import (
 )
 from simx_server.scene.formats.vrep.writing.colors import put_color
 
-from .field import Field, Fields, Handle, Writing
+from ..field import Field, Fields, Handle, Writing
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords

@@ -13,7 +13,7 @@ from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.vrep.writing.clouds import octree_cells, point_cells
 from simx_server.scene.objects import ObjectKind
 
-from .field import Field, Fields, NotInVrepFiles, Writing, unwritable
+from ..field import Field, Fields, NotInVrepFiles, Writing, unwritable
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
