@@ -71,7 +71,7 @@ def open_world(
 
     Raises:
         CommandError: the scene cannot be used.
-        StartError: the planner is not installed.
+        StartError: the planner is not installed, or messages of ROS 2 cannot be used.
     """
     if settings.planner == OMPL and (problem := missing_ompl()):
         raise StartError(problem)
@@ -96,6 +96,10 @@ def open_world(
     stack.callback(world.scripts.close)
     if settings.command_server:
         world.simulation.attach(CommandServer(world))
+    if settings.ros2_messages:
+        from simx_server.ros2_messages import read_packages
+
+        world.ros2_topics.add_types(read_packages(settings.ros2_messages))
     if prepare is not None:
         prepare(world, scene)
     world.simulation.load(scene)

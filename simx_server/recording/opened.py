@@ -100,11 +100,24 @@ class Opened:
             )
         try:
             flags |= {"scene": str(scene), "workspace": str(workspace)}
+            flags["ros2_messages"] = self._write_messages()
             flags["unconfined_scripts"] = chosen.unconfined_scripts
             flags["limit"] = [*flags.get("limit", ()), _MANY_IMAGES]
             return Settings.gather(flags, {})
-        except (SettingError, AttributeError, TypeError, ValueError) as error:
+        except (SettingError, AttributeError, IndexError, OSError, TypeError, ValueError) as error:
             raise LogError(f"the recording's header cannot be used: {error}") from None
+
+    def _write_messages(self) -> list[str]:
+        """Write the definitions of own messages of ROS 2; return their folder, if there are some. Raises as `_own`."""
+        texts: Mapping[str, str] = self.header.get("ros2_messages", {})
+        if not texts:  # old recordings have none
+            return []
+        root = self._folder / "ros2-messages"
+        for name, text in texts.items():
+            path = self._own(f"{root.name}/{name}.{name.split('/')[1]}")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        return [str(root)]
 
     def attach(self, world: World) -> None:
         """Make file names refer to the recorded files, and repeat the recorded answers from outside."""

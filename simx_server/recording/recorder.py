@@ -83,6 +83,7 @@ class Recorder(Watcher):
             "scene": str(scene.resolve()),
             "workspace": str(simulation.files.workspace),
             "sources": simulation.files.sources.described(),
+            "ros2_messages": dict(world.ros2_topics.own_types),
             **{name: _as_flag(getattr(self._settings, name)) for name in DECISIVE},
         }
         if self._log.is_empty:

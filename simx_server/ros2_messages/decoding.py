@@ -27,6 +27,9 @@ larger than its bytes, in a microsecond.
 _BIG_ENDIAN = b"\x00\x00"
 _LITTLE_ENDIAN = b"\x00\x01"
 _MOST_PADDING = 7
+"""Bytes after the last field, and for each empty sequence: ROS 2 counts their padding when it writes a message with
+`serialize_message`, and leaves it at the end.
+"""
 
 
 class _Reader:
@@ -34,15 +37,17 @@ class _Reader:
 
     Attributes:
         at: bytes read.
+        spare: bytes that may be left after the last field.
         items: strings, arrays and messages that may still come.
     """
 
-    __slots__ = ("at", "data", "items", "message")
+    __slots__ = ("at", "data", "items", "message", "spare")
 
     def __init__(self, message: str, data: memoryview) -> None:
         self.message = message
         self.data = data
         self.at = 0
+        self.spare = _MOST_PADDING
         self.items = MOST_ITEMS
 
     def fail(self, field: str, why: str) -> MessageError:
@@ -65,7 +70,7 @@ class _Reader:
                 field, f"the message has more than {MOST_ITEMS:,} strings, arrays and messages within it"
             )
 
-    def text(self, field: str) -> str:
+    def text(self, field: str, longest: int = 0) -> str:
         size = self.count(field)
         end = self.at + size
         if end > len(self.data):
@@ -79,9 +84,12 @@ class _Reader:
         if raw[-1]:
             raise self.fail(field, "a string has no final NUL")
         try:
-            return raw[:-1].decode()
+            text = raw[:-1].decode()
         except UnicodeDecodeError as error:
             raise self.fail(field, f"a string is not UTF-8: {error}") from None
+        if longest and len(text) > longest:
+            raise self.fail(field, f"a string has {len(text)} characters, and at most {longest} are valid")
+        return text
 
 
 _Step: TypeAlias = Callable[[_Reader, dict[str, Any]], None]
@@ -108,7 +116,7 @@ class Decoders:
         reader = _Reader(layout.name, view[4:])
         found = self._of(layout)(reader)
         rest = len(reader.data) - reader.at
-        if rest > _MOST_PADDING:
+        if rest > reader.spare:
             raise MessageError(
                 f"{layout.name}: {rest} bytes are left after the last field; the sender's definition is another one"
             )
@@ -154,8 +162,8 @@ class Decoders:
                 else _several(field, read, 1, _objects(field.kind))
             )
         if field.count is None:
-            return _string(field.name)
-        return _several(field, lambda reader: reader.text(field.name), 4, 1)
+            return _string(field.name, field.longest)
+        return _several(field, lambda reader: reader.text(field.name, field.longest), 4, 1)
 
 
 def _objects(layout: Layout) -> int:
@@ -192,9 +200,9 @@ def _skip_byte(reader: _Reader, _found: dict[str, Any]) -> None:
     reader.at += 1
 
 
-def _string(name: str) -> _Step:
+def _string(name: str, longest: int) -> _Step:
     def step(reader: _Reader, found: dict[str, Any]) -> None:
-        found[name] = reader.text(name)
+        found[name] = reader.text(name, longest)
 
     return step
 
@@ -234,6 +242,7 @@ def _numbers(name: str, kind: Primitive, fixed: int, most: int) -> _Step:
             raise reader.fail(name, f"it has {count} values, and at most {most} are valid")
         if not count:
             found[name] = np.empty(0, kind.dtype)
+            reader.spare += _MOST_PADDING
             return
         start = reader.at + -reader.at % kind.size
         size = count * kind.size

@@ -59,10 +59,11 @@ def _default(field: Field) -> Any:
     if field.count is None:
         if isinstance(field.kind, Layout):
             return default_value(field.kind)
-        return field.default if isinstance(field.kind, Primitive) else ""
+        return field.default
     if isinstance(field.kind, Layout):
         return [default_value(field.kind) for _ in range(field.count)]
-    return [field.default if isinstance(field.kind, Primitive) else ""] * field.count
+    given = list(field.default) if isinstance(field.default, tuple) else []
+    return given or [field.kind.default if isinstance(field.kind, Primitive) else ""] * field.count
 
 
 def _converted(layout: Layout, field: Field, value: Any, path: str) -> Any:
@@ -108,11 +109,13 @@ def _one(layout: Layout, field: Field, value: Any, path: str) -> Any:
         return _number(layout, field.kind, value, path)
     if isinstance(value, bytes | bytearray):
         try:
-            return value.decode()
+            value = value.decode()
         except UnicodeDecodeError:
             raise _error(layout, path, "takes a text in UTF-8") from None
     if not isinstance(value, str):
         raise _error(layout, path, f"takes a text, not {_shown(value)}")
+    if field.longest and len(value) > field.longest:
+        raise _error(layout, path, f"takes at most {field.longest} characters, not {len(value)}")
     try:
         value.encode()
     except UnicodeEncodeError:

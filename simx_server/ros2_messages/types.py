@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 from .decoding import Decoders
 from .encoding import HEADER, WRONG_VALUE, Encoders, Write
 from .filling import default_value, fill
-from .layouts import Layout
+from .layouts import Layout, Value
 
 
 class MessageType:
@@ -20,15 +20,16 @@ class MessageType:
         name: such as `sensor_msgs/msg/JointState`.
         dds_name: the name in keys, such as `sensor_msgs::msg::dds_::JointState_`; of a request or response that of
             its service.
-        hash: the hash in keys, such as `RIHS01_a13e…`; of a request or response that of its service.
         layout: the fields.
     """
 
-    def __init__(self, layout: Layout, hash: str, encoders: Encoders, decoders: Decoders) -> None:
+    def __init__(
+        self, layout: Layout, hash_of: Callable[[], str], encoders: Encoders, decoders: Decoders
+    ) -> None:
         self.name = layout.name
-        self.hash = hash
         self.dds_name = dds_name(layout.name)
         self.layout = layout
+        self._hash_of = hash_of
         self._encoders = encoders
         self._decoders = decoders
 
@@ -36,8 +37,13 @@ class MessageType:
         return f"<MessageType {self.name}>"
 
     @property
-    def constants(self) -> Mapping[str, int]:
-        """Return the numbers that the definition names, such as `ULTRASOUND`."""
+    def hash(self) -> str:
+        """Return the hash in keys, such as `RIHS01_a13e…`; of a request or response that of its service."""
+        return self._hash_of()
+
+    @property
+    def constants(self) -> Mapping[str, Value]:
+        """Return the values that the definition names, such as `ULTRASOUND`."""
         return self.layout.constants
 
     @cached_property
@@ -94,14 +100,17 @@ class ServiceType:
     Attributes:
         name: such as `std_srvs/srv/Trigger`.
         dds_name: such as `std_srvs::srv::dds_::Trigger_`.
-        hash: such as `RIHS01_eeff…`.
     """
 
     name: str
     dds_name: str
-    hash: str
     request: MessageType
     response: MessageType
+
+    @property
+    def hash(self) -> str:
+        """Return the hash in keys, such as `RIHS01_eeff…`."""
+        return self.response.hash
 
 
 def dds_name(name: str) -> str:

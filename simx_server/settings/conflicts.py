@@ -154,7 +154,7 @@ def _without_clients(settings: Settings) -> Conflicts:
     A replay takes its settings from the recording.
     """
     of_servers = [each.name for each in fields(settings) if each.metadata and each.metadata["setting"].serves]
-    of_replay = {*of_servers, *DECISIVE, "workspace", "duration"}
+    of_replay = {*of_servers, *DECISIVE, "workspace", "duration", "ros2_messages"}
     if settings.replay:  # a recording may ask for code
         beside, meaningless = "--replay", (of_replay | {"package", "xacro"}) - {"allow_code"}
         meaningless -= {"duration"} if settings.snapshot else set()
@@ -164,6 +164,6 @@ def _without_clients(settings: Settings) -> Conflicts:
         beside, meaningless = "--save-mjcf" if settings.save_mjcf else "--convert", of_replay
     else:
         return
-    for name in (*of_servers, *DECISIVE, "workspace", "package", "xacro", "duration"):
+    for name in (*of_servers, *DECISIVE, "workspace", "package", "xacro", "duration", "ros2_messages"):
         if name in meaningless and _is_flag(settings, name):
             yield name, f"has no meaning beside {beside}; valid: one of both"

@@ -209,7 +209,7 @@ class Settings:
     )
     ros2: int | None = _setting(
         None,
-        "node of ROS 2 (--ros2-router, --ros2-namespace, --ros2-distro, --ros2-drive)",
+        "node of ROS 2 (--ros2-router, --ros2-namespace, --ros2-distro, --ros2-drive, --ros2-messages)",
         rules.ROS_DOMAIN,
         unset="no node of ROS 2",
         lone=rules.FROM_ENVIRONMENT,
@@ -244,6 +244,13 @@ class Settings:
         unset="each without annotation",
         is_told_elsewhere=True,
         serves=True,
+    )
+    ros2_messages: tuple[Path, ...] = _setting(
+        (),
+        "folder of a package with own messages and services; repeatable",
+        rules.FOLDER,
+        many=True,
+        is_told_elsewhere=True,
     )
     multicast_scouting: bool = _setting(False, "let others on the network discover it", serves=True)
     realm: str | None = _setting(

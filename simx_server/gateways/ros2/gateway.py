@@ -14,7 +14,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.zenoh import link
-from simx_server import ros2_messages as messages
 from simx_server.gateways.zenoh.posting import Care, Postman
 from simx_server.gateways.zenoh.throttle import Throttle
 from simx_server.limits import LimitReached
@@ -77,8 +76,6 @@ class Ros2Gateway(Gateway, Part):
         """
         self._options = options
         self._simulation = service.simulation
-        is_humble = options.distribution is Distribution.HUMBLE
-        self._types = messages.humble() if is_humble else messages.Types(messages.BY_NAME, messages.SERVICES)
         self._pulse = Pulse(options.place, options.place.full(TRIGGER))
         self._session = Ros2Session(options.place, options.router, self._pulse)
         endpoint = options.router.endpoint
@@ -98,7 +95,7 @@ class Ros2Gateway(Gateway, Part):
         node = Node(
             options.place,
             options.distribution,
-            self._types,
+            service.world.ros2_topics.types,
             self._client,
             self._guard,
             self._postman.send,

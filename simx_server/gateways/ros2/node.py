@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from simx_server import ros2_messages as messages
-
 from .wire.names import NO_HASH, Distribution, Place
 from .wire.publisher import Publisher
 from .wire.qos import Qos
@@ -16,6 +14,8 @@ from .wire.service_client import ServiceClient
 from .wire.subscription import Guard, Subscription
 
 if TYPE_CHECKING:
+    from simx_server.ros2_messages import KnownTypes, Types
+
     from .client import Ros2Client
 
 
@@ -25,9 +25,7 @@ class Node:
 
     place: Place
     distribution: Distribution
-    types: messages.Types
-    """The types of the distribution."""
-
+    known: KnownTypes
     client: Ros2Client
     guard: Guard
     """Judges what arrives."""
@@ -35,9 +33,14 @@ class Node:
     send_later: Callable[[Callable[[], object], int], object]
     """Sends an answer of this many bytes, on another thread if it may take long."""
 
-    def types_of(self, *, is_older: bool) -> messages.Types:
+    @property
+    def types(self) -> Types:
+        """Return the types of the distribution."""
+        return self.known.humble if self.distribution is Distribution.HUMBLE else self.known.newer
+
+    def types_of(self, *, is_older: bool) -> Types:
         """Return the types of the distribution, or those that earlier releases of their packages have."""
-        return messages.older() if is_older else self.types
+        return self.known.older if is_older else self.types
 
     def publisher(self, name: str, kind: str, qos: Qos, *, is_older: bool = False) -> Publisher:
         """Make the publisher of a topic; see `Published.is_older`."""
@@ -60,7 +63,7 @@ class Node:
         return Subscription(
             self.place,
             name,
-            messages.BY_NAME[kind],
+            self.known.newer.messages[kind],
             qos,
             self.distribution,
             is_listed=is_listed,
@@ -89,7 +92,7 @@ class Node:
             send_later=self.send_later,
         )
         made.is_listed = not is_older
-        newer, older = messages.SERVICES[kind].hash, messages.older().services[kind].hash
+        newer, older = (types.services[kind].hash for types in (self.known.newer, self.known.older))
         if newer != older and self.distribution is Distribution.NEWER:
             # Requests of Humble, which have no hash, are those of the earlier release.
             made.elsewhere = (newer,) if is_older else (older, NO_HASH)
@@ -97,4 +100,4 @@ class Node:
 
     def service_client(self, name: str, kind: str) -> ServiceClient:
         """Make the client of a service."""
-        return ServiceClient(self.place, name, messages.SERVICES[kind], self.distribution)
+        return ServiceClient(self.place, name, self.known.newer.services[kind], self.distribution)

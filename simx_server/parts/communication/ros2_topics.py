@@ -15,6 +15,7 @@ from simx_server.errors import CommandError
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:
+    from simx_server.ros2_messages import KnownTypes
     from simx_server.simulation.simulation import Simulation
 
 MOST = 1000
@@ -105,6 +106,32 @@ class Ros2Topics(Part):
         """ROS 2; None without it."""
 
         self._opened: list[tuple[Opened, Callable[[], bool]]] = []
+        self.own_types: Mapping[str, str] = {}
+        """Texts of the definitions of the user's types, by name."""
+
+        self._types: KnownTypes | None = None
+
+    @property
+    def types(self) -> KnownTypes:
+        """Return the types of messages and services that the server knows."""
+        if self._types is None:
+            from simx_server.ros2_messages import BUILT_IN  # slow, and often not needed
+
+            self._types = BUILT_IN
+        return self._types
+
+    def add_types(self, own: Mapping[str, str]) -> None:
+        """Know further types from now on. Call this before the scene is loaded.
+
+        Args:
+            own: texts of definitions by name, such as `my_msgs/msg/Thing`.
+
+        Raises:
+            StartError: a definition cannot be used.
+        """
+        from simx_server.ros2_messages import known_types  # slow, and often not needed
+
+        self._types, self.own_types = known_types(own), own
 
     def run_stopped(self) -> None:
         self.close_those_of_ended_scripts()

@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
-from simx_server.sim_api.stand_ins.ros_messages import constants, default_message, supported_messages
 
+from .messages import constants, default_message, supported_messages
 from .part import Ros2Part
 from .topics import split
+
+if TYPE_CHECKING:
+    from simx_server.ros2_messages import KnownTypes
 
 
 class Ros2InterfaceFunctions(Ros2Part, effect="changes"):
     """Messages and times."""
 
+    @property
+    def _types(self) -> KnownTypes:
+        return self._world.ros2_topics.types
+
     def createInterface(self, kind: str) -> dict[str, Any]:
         """Return a message with default values. Partly: an unknown type gives an empty table."""
         self._note()
-        return default_message(kind) or {}
+        return default_message(self._types, kind) or {}
 
-    def getInterfaceConstants(self, kind: str) -> dict[str, int]:
+    def getInterfaceConstants(self, kind: str) -> dict[str, Any]:
         """Return the constants of a message. Partly: an unknown type gives an empty table."""
         self._note()
-        return constants(kind)
+        return constants(self._types, kind)
 
     def supportedInterfaces(self) -> list[str]:
         """Return the types that the server knows."""
         self._note()
-        return supported_messages()
+        return supported_messages(self._types)
 
     def getTime(self, _clock: int = 0) -> dict[str, int]:
         """Return the simulated time, which is that of ROS 2 with use_sim_time."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from sim_api_calls import ScriptWorld, world
 
-from simx_server.sim_api.stand_ins.ros_messages import default_message, supported_messages
+from simx_server.ros2_messages import BUILT_IN
+from simx_server.sim_api.ros2.messages import default_message, supported_messages
 
 __all__ = ["world"]
 
@@ -55,7 +56,7 @@ def test_ros_2_gives_messages_to_fill_in(world: ScriptWorld) -> None:
         """
     )
     assert world.value("#simROS2.createInterface('nav_msgs/msg/Odometry').pose.covariance") == 36
-    assert world.value("#simROS2.supportedInterfaces()") == len(supported_messages())
+    assert world.value("#simROS2.supportedInterfaces()") == len(supported_messages(BUILT_IN))
     assert world.value("simROS2.getInterfaceConstants('sensor_msgs/msg/Range').INFRARED") == 1
     assert world.value("next(simROS2.createInterface('my_msgs/msg/Own')) == nil") is True
     assert world.lua(
@@ -108,14 +109,18 @@ def test_answers_are_separate_tables(world: ScriptWorld) -> None:
     assert world.lua("local t = simMTB.getJoints(1) t[1] = 5 return simMTB.getJoints(1)[1]") == [0]
 
 
-@pytest.mark.parametrize("kind", supported_messages())
+@pytest.mark.parametrize("kind", supported_messages(BUILT_IN))
 def test_every_known_message_has_a_default(kind: str) -> None:
-    assert isinstance(default_message(kind), dict)
+    assert isinstance(default_message(BUILT_IN, kind), dict)
 
 
 def test_a_message_of_ros_1_is_known_by_both_of_its_names() -> None:
-    assert default_message("std_msgs::Float64") == default_message("std_msgs/Float64") == {"data": 0.0}
-    assert default_message("no_msgs/Such") is None
+    assert (
+        default_message(BUILT_IN, "std_msgs::Float64")
+        == default_message(BUILT_IN, "std_msgs/Float64")
+        == {"data": 0.0}
+    )
+    assert default_message(BUILT_IN, "no_msgs/Such") is None
 
 
 def test_marks_for_the_ros_bridge_are_kept_with_their_object(world: ScriptWorld) -> None:

@@ -35,10 +35,14 @@ def _type(field: Field) -> str:
     if isinstance(field.kind, Layout):
         name = _short(field.kind.name)
     else:
-        name = field.kind.name if isinstance(field.kind, Primitive) else "string"
+        name = field.kind.name if isinstance(field.kind, Primitive) else _string(field)
     if field.count is None:
         return name
     return f"{name}[{f'<={field.most}' if field.most else field.count or ''}]"
+
+
+def _string(field: Field) -> str:
+    return f"string<={field.longest}" if field.longest else "string"
 
 
 def _short(name: str) -> str:

@@ -14,7 +14,7 @@ from ros2_world import Ros2World, ros2_world
 
 from simx_server.gateways.ros2.controllers.finding import find_arms
 from simx_server.gateways.ros2.wire.names import Distribution
-from simx_server.ros2_messages import BY_NAME, older
+from simx_server.ros2_messages import BUILT_IN, BY_NAME
 from simx_server.simulation.simulation import Simulation
 
 pytestmark = pytest.mark.slow
@@ -83,7 +83,7 @@ def test_an_arm_follows_a_trajectory_with_the_names_of_its_urdf(server: Ros2Worl
 
 
 def test_earlier_releases_get_feedback_of_their_own_type(server: Ros2World, arm: ActionClient) -> None:
-    kind = older().messages["control_msgs/action/FollowJointTrajectory_FeedbackMessage"]
+    kind = BUILT_IN.older.messages["control_msgs/action/FollowJointTrajectory_FeedbackMessage"]
     key = f"0/UR5_controller/follow_joint_trajectory/_action/feedback/{kind.dds_name}/{kind.hash}"
     arm.peer.listen(key)
     arm.peer.trigger("start")

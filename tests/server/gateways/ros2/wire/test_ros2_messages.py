@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import pytest
-from type_hashes import computed_hashes
+from random_messages import for_rosbags, made, plain
+from recorded_hashes import HASHES, OLDER_HASHES
 
-from simx_server.ros2_messages import BY_NAME, SERVICES, MessageError, MessageType, humble, older
+from simx_server.ros2_messages import (
+    BUILT_IN,
+    BY_NAME,
+    SERVICES,
+    MessageError,
+    MessageType,
+    Types,
+    known_types,
+)
 from simx_server.ros2_messages import decoding as d
-from simx_server.ros2_messages.hashes import HASHES, OLDER_HASHES
-from simx_server.ros2_messages.layouts import Field, Layout, _read_section, read_layouts
-from simx_server.ros2_messages.primitives import Primitive
 
 rosbags = pytest.importorskip("rosbags.typesys", reason="needs rosbags, of the extra dev")
 
@@ -55,54 +61,6 @@ def store() -> Any:
     return store_of("jazzy")
 
 
-def made(layout: Layout, rng: random.Random) -> dict[str, Any]:
-    """Return a message with random values, strings and lengths."""
-
-    def one(field: Field) -> Any:
-        if isinstance(field.kind, Layout):
-            return made(field.kind, rng)
-        if not isinstance(field.kind, Primitive):
-            return "".join(rng.choices("abcdefgh/_äß", k=rng.randrange(12)))
-        if field.kind.letter == "?":
-            return rng.random() < 0.5
-        if field.kind.least is None or field.kind.most is None:
-            return rng.randrange(-1000, 1000) / 8
-        # rosbags takes a single byte for a signed one; the bytes are the same.
-        return rng.randint(field.kind.least, 127 if field.kind.name == "byte" else field.kind.most)
-
-    def value(field: Field) -> Any:
-        if field.count is None:
-            return one(field)
-        return [one(field) for _ in range(field.count or rng.randrange(field.most + 1 if field.most else 5))]
-
-    return {field.name: value(field) for field in layout.fields}
-
-
-def for_rosbags(store: Any, layout: Layout, value: Mapping[str, Any]) -> Any:
-    """Return the message as an object of rosbags."""
-
-    def converted(field: Field, item: Any) -> Any:
-        if isinstance(field.kind, Layout):
-            if field.count is None:
-                return for_rosbags(store, field.kind, item)
-            return [for_rosbags(store, field.kind, one) for one in item]
-        if field.count is not None and isinstance(field.kind, Primitive):
-            return np.array(item, field.kind.dtype)
-        return item
-
-    fields = {field.name: converted(field, value[field.name]) for field in layout.fields}
-    return store.types[layout.name](**fields)
-
-
-def plain(value: Any) -> Any:
-    """Return a decoded message with lists in place of arrays."""
-    if isinstance(value, Mapping):
-        return {name: plain(item) for name, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    return [plain(item) for item in value] if isinstance(value, list) else value
-
-
 @pytest.mark.parametrize("name", IN_ROSBAGS)
 def test_bytes_are_those_of_rosbags_and_come_back_as_the_same_values(store: Any, name: str) -> None:
     rng = random.Random(name)
@@ -123,8 +81,13 @@ def test_requests_and_responses_come_back_as_the_same_values(name: str) -> None:
         assert plain(kind.decode(kind.encode(value))) == value
 
 
-def test_the_table_of_hashes_is_what_the_layouts_give() -> None:
-    assert dict(HASHES) == computed_hashes(read_layouts())
+def hashes(types: Types) -> dict[str, str]:
+    """All hashes of a distribution, by name."""
+    return {name: kind.hash for name, kind in {**types.messages, **types.services}.items()}
+
+
+def test_the_hashes_are_those_that_were_recorded() -> None:
+    assert hashes(BUILT_IN.newer) == {name: f"RIHS01_{hash_}" for name, hash_ in HASHES.items()}
 
 
 def test_hashes_are_the_public_ones() -> None:
@@ -142,21 +105,23 @@ def test_hashes_of_actions_and_parameters_are_those_of_kilted() -> None:
 
 
 def test_the_hashes_of_an_action_are_those_of_ros_own_generator() -> None:
-    layouts = read_layouts()
-    lines = ["int32 order", "---", "int32[] sequence", "---", "int32[] sequence"]
-    _read_section("test_msgs", "Fibonacci", lines, layouts)
-    hashes = computed_hashes(layouts)
-    assert {name: hashes[f"test_msgs/action/Fibonacci_{name}"] for name in FIBONACCI} == FIBONACCI
+    text = "int32 order\n---\nint32[] sequence\n---\nint32[] sequence\n"
+    found = hashes(known_types({"test_msgs/action/Fibonacci": text}).newer)
+    assert {name: found[f"test_msgs/action/Fibonacci_{name}"] for name in FIBONACCI} == {
+        name: f"RIHS01_{hash_}" for name, hash_ in FIBONACCI.items()
+    }
 
 
 def test_earlier_releases_have_other_layouts_and_hashes_of_some_types() -> None:
-    computed, newer = computed_hashes(read_layouts(older=True)), computed_hashes(read_layouts())
-    assert {name: hash_ for name, hash_ in computed.items() if hash_ != newer[name]} == dict(OLDER_HASHES)
+    older, newer = hashes(BUILT_IN.older), hashes(BUILT_IN.newer)
+    assert {name: hash_ for name, hash_ in older.items() if hash_ != newer[name]} == {
+        name: f"RIHS01_{hash_}" for name, hash_ in OLDER_HASHES.items()
+    }
     spawn = "simulation_interfaces/srv/SpawnEntity"
-    assert "uri" in older().services[spawn].request.default()
+    assert "uri" in BUILT_IN.older.services[spawn].request.default()
     assert "entity_resource" in SERVICES[spawn].request.default()
-    assert older().services[spawn].hash == f"RIHS01_{OLDER_HASHES[spawn]}"
-    assert "uri" in humble().services[spawn].request.default()
+    assert BUILT_IN.older.services[spawn].hash == f"RIHS01_{OLDER_HASHES[spawn]}"
+    assert "uri" in BUILT_IN.humble.services[spawn].request.default()
 
 
 def test_a_bounded_sequence_with_too_many_values_is_refused_both_ways() -> None:
@@ -183,13 +148,13 @@ def test_hashes_are_those_of_rosbags_in_each_distribution(distribution: str) -> 
 def test_humble_has_the_layouts_of_its_own_and_no_hashes() -> None:
     store = store_of("humble")
     for name in IN_ROSBAGS:
-        kind = humble().messages[name]
+        kind = BUILT_IN.humble.messages[name]
         value = made(kind.layout, random.Random(name))
         assert kind.hash == "TypeHashNotSupported"
         assert kind.encode(value) == bytes(store.serialize_cdr(for_rosbags(store, kind.layout, value), name))
-    assert "variance" not in humble().messages["sensor_msgs/msg/Range"].default()
+    assert "variance" not in BUILT_IN.humble.messages["sensor_msgs/msg/Range"].default()
     assert "variance" in BY_NAME["sensor_msgs/msg/Range"].default()
-    assert humble().services["std_srvs/srv/Trigger"].hash == "TypeHashNotSupported"
+    assert BUILT_IN.humble.services["std_srvs/srv/Trigger"].hash == "TypeHashNotSupported"
 
 
 def test_names_in_keys_are_those_of_ros() -> None:
@@ -365,6 +330,15 @@ def test_hostile_bytes_are_refused_with_the_reason(kind: MessageType, data: str,
     with pytest.raises(MessageError) as raised:
         kind.decode(bytes.fromhex(data))
     assert said in str(raised.value)
+
+
+def test_the_padding_that_ros_leaves_behind_empty_sequences_is_passed_over() -> None:
+    written = (
+        "00010000 00000000 00000000 01000000 009c95db 01000000 02000000 61000000 01000000 00000000 0000f03f"
+        "00000000 00000000 a47f0000 301474d8"
+    )  # by rclpy's serialize_message
+    found = JOINTS.decode(bytes.fromhex(written.replace(" ", "")))
+    assert (found["name"], found["position"].tolist(), found["effort"].tolist()) == (["a"], [1.0], [])
 
 
 def test_an_empty_string_of_length_zero_is_read() -> None:

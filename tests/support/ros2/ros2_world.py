@@ -23,7 +23,7 @@ from simx_client.connection.connection import Connection
 from simx_server.gateways.ros2.gateway import Ros2Gateway, Ros2Options
 from simx_server.gateways.ros2.wire.names import Distribution, Place
 from simx_server.gateways.ros2.wire.session import Router
-from simx_server.ros2_messages import BY_NAME, SERVICES, older
+from simx_server.ros2_messages import BUILT_IN, BY_NAME, SERVICES
 
 TIMEOUT = 30.0
 """Seconds until something that does not come fails the test."""
@@ -239,7 +239,7 @@ class Peer:
         self, kind: str, name: str, request: Mapping[str, Any], *, is_older: bool = False
     ) -> dict[str, Any]:
         """Call a service; `is_older`: with the types of an earlier release of its package."""
-        service = (older().services if is_older else SERVICES)[kind]
+        service = (BUILT_IN.older.services if is_older else SERVICES)[kind]
         key = f"0/{name}/{service.dds_name}/{service.hash}"
         ((payload, _),) = self.ask(key, service.request.encode(request), attachment())
         return service.response.decode(payload)

@@ -1,7 +1,4 @@
-"""Hashes of types, which stand in keys: `RIHS01_` and these digits.
-
-A test computes them again from the layouts, and compares them with another implementation.
-"""
+"""Hashes of types (RIHS01, without that word), which were compared with ROS 2's own files and with other programs."""
 
 from __future__ import annotations
 
