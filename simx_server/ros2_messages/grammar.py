@@ -123,6 +123,11 @@ def _field(owner: str, match: re.Match[str], find: Find) -> Field:
         and ((most and len(default) > most) or count not in (0, len(default)))
     ):
         raise DefinitionError(f"{owner}: field {match['name']}: its default has {len(default)} values")
+    texts = default if isinstance(default, tuple) else (default,)
+    if longest and any(len(str(each)) > longest for each in texts):
+        raise DefinitionError(
+            f"{owner}: field {match['name']}: its default has more than {longest} characters"
+        )
     return Field(match["name"], kind, count, default, most, longest)
 
 
@@ -206,6 +211,6 @@ def unknown_type(name: str, known: Iterable[str], owner: str = "") -> Definition
     """Return the error for a type that is not known."""
     where = f"{owner}: " if owner else ""
     return DefinitionError(
-        f"{where}the type '{name[:100]}' is not known{did_you_mean(name, [*known])}; --ros2-messages takes folders "
-        "with the packages of all types"
+        f"{where}the type '{name[:100]}' is not known; --ros2-messages takes folders with the packages of all types"
+        f"{did_you_mean(name, [*known])}"
     )

@@ -42,7 +42,8 @@ class Ros2Part(RosPart, effect="changes"):
             return handle
         if not node.knows(kind):
             self._say_once(
-                f"simROS2: the type '{kind[:80]}' is not known to the server, so nothing is connected"
+                f"simROS2: the type '{kind[:80]}' is not known to the server, so nothing is connected; "
+                "--ros2-messages FOLDER reads types of a package"
             )
             return handle
         interpreter = self._script.interpreter

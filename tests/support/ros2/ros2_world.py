@@ -316,11 +316,13 @@ def ros2_world(
     router: Router | None = None,
     distribution: Distribution = Distribution.NEWER,
     speed: float = float("inf"),
+    own: Mapping[str, str] | None = None,
 ) -> Iterator[Ros2World]:
     """Open a server for a test: by default as the router, on a free port.
 
     Args:
         scene: text of a scene, or the path of one.
+        own: texts of definitions of further types, by name.
     """
     path = scene
     if not isinstance(path, Path):
@@ -331,7 +333,9 @@ def ros2_world(
         router=router or Router(f"tcp/127.0.0.1:{free_port()}", is_self=True),
         distribution=distribution,
     )
-    opened = Ros2World(RealWorld(path, speed=speed), options)
+    world = RealWorld(path, speed=speed)
+    world.loop.service.world.ros2_topics.add_types(own or {})
+    opened = Ros2World(world, options)
     try:
         yield opened
     finally:
