@@ -62,7 +62,7 @@ COMMANDS = [
     for name, (_, module) in simx.COMMANDS.items()
     # A fleet needs a Ray cluster (tests/client/fleet/), a class serves until it is ended, two recordings
     # have a test of their own (tests/server/recording/test_diff.py).
-    if name not in ("check", "classroom", "diff", "run", "fleet")
+    if name not in ("check", "classroom", "diff", "export", "run", "fleet")
     for example in of_help(import_module(module).make_parser())
 ]
 PAGE = examples("examples:\n" + (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8"))

@@ -1,4 +1,6 @@
-"""Write the topics of a run into a bag: the messages that nodes would get after each simulation step, without images.
+"""Write the topics of a run into a bag: the messages that nodes would get after each simulation step.
+
+Images are for replays only: each step waits until its images are rendered.
 
 Times in the bag are the wall clock's at its start plus the simulated time since, of all runs one after the other, as in
 state logs. Stamps within messages are simulated time.
@@ -10,6 +12,7 @@ import logging
 import math
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar, cast
@@ -22,11 +25,13 @@ from ..annotated.guesses import Guesses
 from ..annotated.imu import Imus
 from ..annotated.joint_groups import JointGroups
 from ..annotated.ranges import Ranges, Scans
+from ..content.cameras import Cameras
 from ..content.clock import Clock
+from ..content.clouds import CLOUD
 from ..content.joint_states import JointStates
 from ..content.run import Run
 from ..content.transforms import Transforms
-from ..endpoints import Content, Context, Moment, Published
+from ..endpoints import Content, Context, Message, Moment, Published
 from ..robots import Robots
 from ..wire.names import Distribution, Place
 from .bag_file import BagWriter
@@ -43,32 +48,42 @@ _Made = TypeVar("_Made")
 
 _CONTENT = (Clock, JointStates, JointGroups, Transforms, Scans, Ranges, Imus)
 
-MOST_WAITING = 5000
-"""Messages that may wait for the writing thread; of more, simulation steps are left out."""
+LONGEST_IMAGE = 60.0
+"""Seconds until an image that is not rendered is left out."""
 
 
 class Bag(Part):
     """Writes one bag. Physics thread. Close it at the end."""
 
     def __init__(
-        self, world: World, path: Path, *, drive: str | None = None, began: int | None = None
+        self,
+        world: World,
+        path: Path,
+        *,
+        drive: str | None = None,
+        began: int | None = None,
+        images: bool = False,
     ) -> None:
         """Start a bag.
 
         Args:
+            path: of the file.
             drive: as the flag `--ros2-drive`.
             ``began``: nanoseconds since 1970 at simulated time zero; None: now.
+            images: also write what cameras see, apart from point clouds, which the depth images have too.
 
         Raises:
             OutputError: the file cannot be written, or a package is missing.
         """
         simulation = self._simulation = world.simulation
-        self._writer = BagWriter(path)
+        self.writer = BagWriter(path)
         self._robots = Robots(self._list_again)
         self._guesses = Guesses(world, drive)
         nobody = cast("Ros2Client", None)  # published topics need none
         context = Context(world, nobody, Place(), Distribution.NEWER, Run(nobody, simulation), self._robots)
-        self._contents: list[Content] = [content(context) for content in _CONTENT]
+        self._contents: list[Content] = [
+            content(context) for content in (*_CONTENT, *((Cameras,) if images else ()))
+        ]
         self._offers: Mapping[tuple[str, str], Published] | None = None
         self._last: dict[tuple[str, str], float] = {}
         """Simulated nanoseconds of the last message, by topic and type."""
@@ -89,12 +104,12 @@ class Bag(Part):
         """Write what waits, and end the file."""
         for each in (*self._contents, self):
             self._simulation.detach(each)
-        self._writer.close()
-        if not self._writer.has_failed:
+        self.writer.close()
+        if not self.writer.has_failed:
             logger.info(
                 "'%s' has %d messages; %d steps were left out, as writing could not keep up",
-                self._writer.path,
-                self._writer.written,
+                self.writer.path,
+                self.writer.written,
                 self.left_out,
             )
 
@@ -108,24 +123,26 @@ class Bag(Part):
         self._before += self._moment().nanoseconds
 
     def step_finished(self) -> None:
-        if self._writer.has_failed:
+        if self.writer.has_failed:
             return
-        if self._writer.waiting >= MOST_WAITING:
+        if self.writer.is_full:
             self.left_out += 1
             return
         if self._offers is None:
             self._offers = self._list()
         moment = self._moment()
-        for offer in self._offers.values():
-            if self._is_due(offer, moment):
-                self._tried(offer.topic, partial(self._put, offer, moment))
+        due = [offer for offer in self._offers.values() if self._is_due(offer, moment)]
+        # All images are requested first: those of one sensor are rendered once.
+        made = [(offer, self._tried(offer.topic, partial(offer.make, moment))) for offer in due]
+        for offer, message in made:
+            if message is not None:
+                self._tried(offer.topic, partial(self._put, offer, moment, message))
 
-    def _put(self, offer: Published, moment: Moment) -> None:
-        made = offer.make(moment)
-        if made is not None:
-            payload = BY_NAME[offer.type].encode(made)  # pyright: ignore[reportArgumentType]
-            time_ns = self._zero + self._before + moment.nanoseconds
-            self._writer.put(offer.topic, offer.type, offer.qos, time_ns, payload)
+    def _put(self, offer: Published, moment: Moment, message: Message | bytes | Future[Message]) -> None:
+        made = message.result(LONGEST_IMAGE) if isinstance(message, Future) else message
+        payload = made if isinstance(made, bytes) else BY_NAME[offer.type].encode(made)
+        time_ns = self._zero + self._before + moment.nanoseconds
+        self.writer.put(offer.topic, offer.type, offer.qos, time_ns, payload)
 
     def _list(self) -> dict[tuple[str, str], Published]:
         """Return what the present scene offers, by topic and type; of two with the same the first, as the node does."""
@@ -133,7 +150,7 @@ class Bag(Part):
         found: dict[tuple[str, str], Published] = {}
         for content in self._contents:
             for offer in self._tried(type(content).__name__, lambda each=content: list(each.offers())) or ():
-                if isinstance(offer, Published):
+                if isinstance(offer, Published) and offer.type != CLOUD:
                     found.setdefault((offer.topic, offer.type), offer)
         return found
 
@@ -150,7 +167,7 @@ class Bag(Part):
             return None
 
     def holds_step(self) -> bool:
-        return not self._writer.has_failed and self._writer.waiting >= MOST_WAITING
+        return not self.writer.has_failed and self.writer.is_full
 
     def _is_due(self, offer: Published, moment: Moment) -> bool:
         name = offer.topic, offer.type

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from simx_server.outputs.mcap_thread import McapThread
@@ -25,6 +25,24 @@ _QOS = """\
 """A profile as `ros2 bag` writes it, so that it plays static transforms for late nodes."""
 
 
+MOST_WAITING = 5000
+"""Messages that may wait for the writing thread."""
+
+MOST_BYTES = 256 << 20
+"""Bytes of messages that may wait."""
+
+
+@dataclass
+class Topic:
+    """What was written of a topic."""
+
+    qos_profiles: str
+    """As `ros2 bag` writes them."""
+
+    count: int = 0
+    """Messages."""
+
+
 class BagWriter(McapThread[tuple[str, str, Qos, int, bytes]]):
     """Writes messages in the order in which they are put."""
 
@@ -34,11 +52,25 @@ class BagWriter(McapThread[tuple[str, str, Qos, int, bytes]]):
     def __init__(self, path: Path) -> None:
         """Start a bag. Raises OutputError: the file cannot be written, or a package is missing."""
         super().__init__(path)
+        self.topics: dict[tuple[str, str], Topic] = {}
+        """What was written, by topic and type; complete once the bag is closed."""
+
+        self.first = self.last = 0
+        """Nanoseconds since 1970 of the first and the last message."""
+
+        self._bytes_come = self._bytes_gone = 0
         self._start()
 
+    @property
+    def is_full(self) -> bool:
+        """Return whether so much waits to be written that no simulation step should be made meanwhile."""
+        return self.waiting >= MOST_WAITING or self._bytes_come - self._bytes_gone >= MOST_BYTES
+
     def put(self, topic: str, kind: str, qos: Qos, time_ns: int, payload: bytes) -> None:
-        """Write CDR of a message. For any thread."""
-        self._put((topic, kind, qos, time_ns, payload))
+        """Write CDR of a message. For one thread."""
+        if not self.has_failed:
+            self._bytes_come += len(payload)
+            self._put((topic, kind, qos, time_ns, payload))
 
     # From here on: the thread of the file.
 
@@ -49,16 +81,18 @@ class BagWriter(McapThread[tuple[str, str, Qos, int, bytes]]):
         topic, kind, qos, time_ns, payload = item
         channel = self._channels.get((topic, kind))
         if channel is None:
-            channel = self._channels[topic, kind] = self._register(topic, kind, _metadata(qos, kind))
+            self.topics[topic, kind] = Topic(_profile(qos))
+            metadata = {"offered_qos_profiles": _profile(qos), "topic_type_hash": BY_NAME[kind].hash}
+            channel = self._channels[topic, kind] = self._register(topic, kind, metadata)
         self._add(channel, time_ns, payload)
+        self._bytes_gone += len(payload)
+        self.topics[topic, kind].count += 1
+        self.first, self.last = min(self.first or time_ns, time_ns), max(self.last, time_ns)
 
 
-def _metadata(qos: Qos, kind: str) -> Mapping[str, str]:
-    return {
-        "offered_qos_profiles": _QOS.format(
-            depth=qos.depth,
-            reliability=1 if qos.is_reliable else 2,
-            durability=1 if qos.is_transient_local else 2,
-        ),
-        "topic_type_hash": BY_NAME[kind].hash,
-    }
+def _profile(qos: Qos) -> str:
+    return _QOS.format(
+        depth=qos.depth,
+        reliability=1 if qos.is_reliable else 2,
+        durability=1 if qos.is_transient_local else 2,
+    )

@@ -1,0 +1,1 @@
+"""Commands of ``simx`` that the installed server implements."""

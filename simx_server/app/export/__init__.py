@@ -1,0 +1,1 @@
+"""``simx export``: a recording in the format of another program."""
