@@ -12,7 +12,7 @@ from simx_client.connection.embedding import start_server
 from simx_client.errors import ConnectionFailed
 from simx_client.transport.direct import EmbeddedServer
 from simx_client.transport.endpoints import find_address
-from simx_client.transport.lanes import Lanes
+from simx_client.transport.lanes import open_link
 from simx_client.transport.zenoh_session import client_name, program_name
 
 DEFAULT_PORT = 19997
@@ -49,7 +49,7 @@ def open_connection(address: str, port: int, timeout: float) -> Connection:
     """
     server = find_address(address, port)
     connection = Connection(
-        lambda: Lanes(server, connect_timeout=timeout, retry=False, asked_port=port),
+        lambda: open_link(server, connect_timeout=timeout, retry=False, asked_port=port),
         where=f"{address}:{port}",
         timeout=timeout,
         may_reconnect=False,

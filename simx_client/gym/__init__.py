@@ -21,17 +21,25 @@ except ModuleNotFoundError:
         f"simx_client.gym needs Gymnasium; install with: {_extra_line('gym')}", name="gymnasium"
     ) from None
 
+from simx_client.randomization import Choice, LogUniform, Normal, Randomize, Scale, Shift, Uniform
+
 from .actions import Choices, Increment
 from .env import SimxEnv
 from .registration import register
-from .task import State, Task, Uniform
+from .task import State, Task
 from .tasks import TASKS, load_task
 from .vector import SimxVectorEnv
 
 __all__ = [
     "TASKS",
+    "Choice",
     "Choices",
     "Increment",
+    "LogUniform",
+    "Normal",
+    "Randomize",
+    "Scale",
+    "Shift",
     "SimxEnv",
     "SimxVectorEnv",
     "State",

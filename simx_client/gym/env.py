@@ -16,6 +16,7 @@ from simx_client.client.servers import Servers
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.errors import CallsFailed
 from simx_client.protocol import constants as c
+from simx_client.randomization import Randomize
 
 from .actions import How
 from .episodes import Episodes
@@ -56,6 +57,7 @@ class SimxEnv(gymnasium.Env[Any, Any]):
         time_step: float | None = None,
         frame_skip: int = 1,
         camera: str | None = None,
+        randomize: Randomize | None = None,
         address: str | None = None,
         render_mode: str | None = None,
         timeout: float = DEFAULT_TIMEOUT,
@@ -78,6 +80,7 @@ class SimxEnv(gymnasium.Env[Any, Any]):
             time_step: duration of a simulation step in seconds; default: the scene's.
             frame_skip: number of simulation steps in a step of the environment.
             camera: vision sensor for ``render_mode="rgb_array"``; default: the first one of the scene.
+            randomize: properties of the scene that are drawn at the start of each episode.
             address: server to use instead: ``HOST:PORT``, or ``REALM@ROUTER:PORT``. It has its scene already.
             render_mode: "rgb_array", or "human" for the web viewer and steps at real time.
             timeout: time-out of calls in seconds.
@@ -102,6 +105,7 @@ class SimxEnv(gymnasium.Env[Any, Any]):
             time_step=time_step,
             frame_skip=frame_skip,
             camera=camera,
+            randomize=randomize,
         )
         self._open(task, address, render_mode, timeout, settings)
 

@@ -48,6 +48,7 @@ class Episodes:
         self.observations = Observations(
             task.observations, {each.name.text: each for each in self._readings}, servers
         )
+        self._random = None if task.randomize is None else task.randomize.on(servers)
         self.states: list[State] = [State() for _ in range(len(servers))]
         """The newest state of each simulation."""
 
@@ -63,12 +64,16 @@ class Episodes:
         Args:
             random: generators of the simulations, by index; the others are left as they are.
         """
+        drawn = {
+            place: {} if self._random is None else self._random.draw(place, generator)
+            for place, generator in random.items()
+        }
         starts = {place: self.task.draw_start(generator) for place, generator in random.items()}
 
         def note(calls: Calls, place: int) -> tuple[list[Any], list[Any]]:
             if place not in starts:
                 return [], []
-            self._note_start(calls, place, starts[place])
+            self._note_start(calls, place, drawn[place], starts[place])
             read = (self._readings, self._started.values())
             answers, counted = (
                 [each.note(calls, place, is_start=True) for each in readings] for readings in read
@@ -127,12 +132,16 @@ class Episodes:
             lambda calls, _: (calls.simxStopSimulation(), calls.simxSynchronous(False)), check=False
         )
 
-    def _note_start(self, calls: Calls, place: int, values: Mapping[str, list[float]]) -> None:
+    def _note_start(
+        self, calls: Calls, place: int, drawn: Mapping[str, list[float]], values: Mapping[str, list[float]]
+    ) -> None:
         calls.simxStopSimulation()
         if self.task.time_step is not None:
             calls.simxSetFloatingParameter(c.sim_floatparam_simulation_time_step, self.task.time_step)
         calls.simxSynchronous(True)
         calls.simxStartSimulation()
+        if self._random is not None:  # within the run, so that the stop restores the scene
+            self._random.note(calls, place, drawn)
         for text, value in values.items():
             if text not in self._starts:
                 raise ValueError(

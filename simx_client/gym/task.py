@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_client.randomization import Distribution, Randomize
+
 from .actions import How
 from .observations import Observed
 
@@ -27,27 +29,10 @@ class State(dict[str, Any]):
     """The state before that action; None at the start of an episode."""
 
 
-@dataclass(frozen=True)
-class Uniform:
-    """A number or vector drawn for each episode, uniformly from ``low`` to ``high``."""
-
-    low: float | Sequence[float]
-    high: float | Sequence[float]
-
-    def __post_init__(self) -> None:
-        low, high = np.asarray(self.low, np.float64), np.asarray(self.high, np.float64)
-        if not (np.isfinite(low).all() and np.isfinite(high).all() and (low <= high).all()):
-            raise ValueError(f"Uniform needs finite low <= high, not {self.low!r} and {self.high!r}")
-
-    def draw(self, random: np.random.Generator) -> Any:
-        """Return a number or a vector."""
-        return random.uniform(self.low, self.high)
-
-
 Drawn = Callable[[np.random.Generator], "float | Sequence[float] | NDArray[Any]"]
 """A function of the environment's random generator that returns a number or a vector."""
 
-Start = Mapping[str, "float | Sequence[float] | NDArray[Any] | Uniform | Drawn"]
+Start = Mapping[str, "float | Sequence[float] | NDArray[Any] | Distribution | Drawn"]
 """Values that are set at the start of an episode, by name, in this order."""
 
 
@@ -66,6 +51,7 @@ class Task:
     time_step: float | None = None
     frame_skip: int = 1
     camera: str | None = None
+    randomize: Randomize | None = None
 
     def __post_init__(self) -> None:
         if self.frame_skip < 1:
@@ -76,7 +62,9 @@ class Task:
     def draw_start(self, random: np.random.Generator) -> dict[str, list[float]]:
         """Return the values that an episode starts with."""
         start = self.start(random) if callable(self.start) else self.start or {}
-        drawn = {text: value.draw if isinstance(value, Uniform) else value for text, value in start.items()}
+        drawn = {
+            text: value.draw if isinstance(value, Distribution) else value for text, value in start.items()
+        }
         return {
             text: np.atleast_1d(value(random) if callable(value) else value).tolist()
             for text, value in drawn.items()

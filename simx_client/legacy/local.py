@@ -25,7 +25,7 @@ from simx_client.protocol import constants as c
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.kinds import to_bytes, to_floats, to_int32, to_ints
 from simx_client.transport.endpoints import find_address
-from simx_client.transport.lanes import Lanes
+from simx_client.transport.lanes import open_link
 
 from .files import simxTransferFile as simxTransferFile
 
@@ -80,7 +80,7 @@ def simxStart(
         else:
             server = find_address(address, port)
             connection = Connection(
-                lambda: Lanes(server, connect_timeout=attempt, retry=not once, asked_port=port),
+                lambda: open_link(server, connect_timeout=attempt, retry=not once, asked_port=port),
                 where=f"{address}:{port}",
                 timeout=call_timeout,
                 may_reconnect=not once,

@@ -15,7 +15,7 @@ from .table.command import Effect as Effect
 from .table.command import Place as Place
 from .table.command import Value as Value
 from .table.connection import CONNECTION
-from .table.editing import EDITING, OF_SERVER
+from .table.editing import EDITING, OF_CLIENT, OF_SERVER
 from .table.joints import JOINTS
 from .table.objects import OBJECTS
 from .table.parameters import PARAMETERS
@@ -46,7 +46,7 @@ BY_NAME: dict[str, Command] = {name: command for command in TABLE for name in co
 
 ANSWERED: dict[str, Command] = {
     name: command
-    for command in (*TABLE, *CARRIED, *OF_SERVER)
+    for command in (*TABLE, *CARRIED, *OF_CLIENT, *OF_SERVER)
     if command.place is not Place.LOCAL
     for name in command.names
 }

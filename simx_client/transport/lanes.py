@@ -5,8 +5,22 @@ from __future__ import annotations
 from simx_client.protocol.messages import Welcome
 
 from .endpoints import ServerAddress
+from .handed import HandedLane, handed_socket
 from .lane import Lane, open_lane
+from .transport import Transport
 from .zenoh import ZenohTransport
+
+
+def open_link(server: ServerAddress, *, connect_timeout: float, retry: bool, asked_port: int) -> Transport:
+    """Return the transport to a server: by the socket that this process was given, or else to the address.
+
+    Raises:
+        ConnectionFailed: see `ZenohTransport`.
+        ValueError: the variable with the socket cannot be read.
+    """
+    if (door := handed_socket()) is not None:
+        return HandedLane(door, asked_port)
+    return Lanes(server, connect_timeout=connect_timeout, retry=retry, asked_port=asked_port)
 
 
 class Lanes:

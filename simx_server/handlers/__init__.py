@@ -7,7 +7,19 @@ from types import MappingProxyType
 
 from simx_server.service.calls.registry import Handler, handler, handlers_of
 
-from . import collisions, files, joints, parameters, scripts, sensors, session, signals, simulation, vision
+from . import (
+    collisions,
+    files,
+    joints,
+    numbers,
+    parameters,
+    scripts,
+    sensors,
+    session,
+    signals,
+    simulation,
+    vision,
+)
 from .objects import groups, object_parameters, objects, poses
 from .user_interface import consoles, custom_uis, dialogs
 
@@ -20,6 +32,7 @@ HANDLERS: Mapping[str, Handler] = MappingProxyType(
         files,
         groups,
         joints,
+        numbers,
         object_parameters,
         objects,
         parameters,

@@ -19,7 +19,7 @@ from simx_client.client.opening import open_embedded
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.connection import Connection
 from simx_client.errors import ConnectionFailed
-from simx_client.protocol.commands import BY_NAME
+from simx_client.protocol.commands import ANSWERED
 from simx_client.protocol.messages import Reply
 
 from .worker import Order, Request
@@ -49,7 +49,7 @@ class _Executor:
     def _marshal(self, name: str) -> Marshal:
         marshal = self._marshals.get(name)
         if marshal is None:
-            marshal = self._marshals[name] = Marshal(BY_NAME[name])
+            marshal = self._marshals[name] = Marshal(ANSWERED[name])
         return marshal
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 
-from simx_client.gym.task import State, Task, Uniform
+from simx_client.gym.task import State, Task
+from simx_client.randomization import Uniform
 
 FORCE = 10.0
 """Largest force on the cart in N."""

@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from simx_client.gym.task import State, Task, Uniform
+from simx_client.gym.task import State, Task
+from simx_client.randomization import Uniform
 
 SENSORS = ("LeftSensor", "MiddleSensor", "RightSensor")
 ROBOT = "LineTracer.position"

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from simx_client.gym.actions import Increment
-from simx_client.gym.task import State, Task, Uniform
+from simx_client.gym.task import State, Task
+from simx_client.randomization import Uniform
 
 TIP, CUBE, MARK = "UR5_tip.position", "Cube.position", "Mark.position"
 

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from simx_client.gym.actions import Increment
-from simx_client.gym.task import State, Task, Uniform
+from simx_client.gym.task import State, Task
+from simx_client.randomization import Uniform
 
 JOINTS = tuple(f"UR5_joint{number}" for number in range(1, 7))
 BALL = "Target.position in kinect_rgb"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..kinds import FLOAT, INT, INTS, OPTIONAL_INTS12, TEXT
+from ..kinds import FLOAT, FLOATS, INT, INTS, OPTIONAL_INTS12, TEXT
 from .command import Command, Effect, Place
 from .meanings import LOAD_OPTIONS, MODEL_FILE, OBJECT_HANDLE, OBJECT_HANDLES, Meaning
 
@@ -90,6 +90,33 @@ EDITING = (
         twin="sim.setObjectSel",
     ),
 )
+
+PROPERTY_NAME = Meaning(TEXT, "a property of sim.setProperty that is a number or numbers", sample="'mass'")
+
+OF_CLIENT = (
+    Command(
+        name="readNumbers",
+        takes={"objectHandle": OBJECT_HANDLE, "property": PROPERTY_NAME},
+        gives={"values": Meaning(FLOATS, "the numbers")},
+        doc="Return a property of an object as numbers.",
+        effect=Effect.READS,
+        place=Place.CARRIED,
+        key=("objectHandle", "property"),
+    ),
+    Command(
+        name="writeNumbers",
+        takes={
+            "objectHandle": OBJECT_HANDLE,
+            "property": PROPERTY_NAME,
+            "values": Meaning(FLOATS, "as many numbers as the property has", sample="[0.1]"),
+        },
+        doc="Set a property of an object to numbers; the stop of the run restores it.",
+        effect=Effect.EDITS,
+        place=Place.CARRIED,
+        key=("objectHandle", "property"),
+    ),
+)
+"""Calls that the client's `randomization` makes."""
 
 OF_SERVER = (
     Command(

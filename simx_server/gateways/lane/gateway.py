@@ -10,15 +10,12 @@ import contextlib
 import logging
 import os
 import socket
-import threading
-import time
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from simx_client.protocol.codec import MAX_BATCH
-from simx_client.protocol.lane.frames import FILE, MESSAGE, BadFrame, Frames
+from simx_client.protocol.lane.frames import FILE
 from simx_client.protocol.lane.offer import (
     Offer,
     is_possible,
@@ -28,12 +25,10 @@ from simx_client.protocol.lane.offer import (
     new_token,
     path_of,
 )
-from simx_server.gateways.listening import Listening, part
 from simx_server.gateways.zenoh.offers import Offers
-from simx_server.service.calls.work import BatchWork
-from simx_server.service.clients.admission.unfinished import Unfinished
 
 from .link import EitherLink, LaneLink
+from .peers import LanePeer, LanePeers
 
 if TYPE_CHECKING:
     from simx_server.gateways.gateway import Opening
@@ -51,11 +46,6 @@ SILENCE = 10.0
 BACKLOG = 128
 """Connections that the system keeps until they are accepted."""
 
-TOKEN_FRAME = 64
-"""Maximum size of the first message in bytes."""
-
-_AT_ONCE = int(getattr(socket, "MSG_DONTWAIT", 0))
-
 
 def open_lane(opening: Opening) -> LaneGateway | None:
     """Open the lane, unless a configuration of Zenoh may have rules that it would pass by."""
@@ -69,7 +59,7 @@ def open_lane(opening: Opening) -> LaneGateway | None:
         return None
 
 
-class LaneGateway(Listening["_Peer"], Offers):
+class LaneGateway(LanePeers, Offers):
     """Serves clients that the Zenoh gateway has accepted."""
 
     silence = SILENCE
@@ -84,9 +74,6 @@ class LaneGateway(Listening["_Peer"], Offers):
         self.path = path_of(folder, self._name)
         self._guests: dict[str, EitherLink] = {}
         """The links of the clients that have an offer, by token."""
-
-        self._reading = threading.Lock()
-        """Lock of the connections' frames: another thread reads them while the physics thread is busy."""
 
         super().__init__(service, [_listen(folder, self.path)], logger)
 
@@ -128,80 +115,11 @@ class LaneGateway(Listening["_Peer"], Offers):
         self._say_closed("it comes from another user")
         return True
 
-    def _crowd(self, host: str) -> Sequence[_Peer]:
+    def _crowd(self, host: str) -> Sequence[LanePeer]:
         strangers = [each for each in self._peers if each.is_stranger]
         return strangers if len(strangers) >= MOST_STRANGERS else ()
 
-    def _admit(self, connected: socket.socket, listener: socket.socket, address: Any) -> _Peer:
-        peer = _Peer(connected, self._service.unfinished)
-        self._listen_to(peer)
-        return peer
-
-    def _cut(self, peer: _Peer, why: str) -> None:
-        peer.problem = why
-        self._settle(peer)
-
-    def _say_closed(self, why: str) -> None:
-        self._log.say(logging.WARNING, "a connection at %s is closed: %s", self.path, why)
-
-    def _listen_to(self, peer: _Peer) -> None:
-        peer.is_resting = False
-        self._service.queue.open_sockets().add(peer.socket, partial(self._read, peer))
-
-    def _read(self, peer: _Peer) -> None:
-        """Read some of what has arrived, and queue it."""
-        if peer not in self._peers:  # another connection's message has ended it meanwhile
-            return
-        with self._reading:
-            peer.receive()
-            if peer.is_used and peer.frames.whole:
-                kind, payload = peer.frames.whole[0]
-                if kind == MESSAGE and self._service.queue.hand_over(peer.client, BatchWork(payload)):
-                    peer.frames.whole.popleft()
-                self._queue(peer)
-        if peer.frames.whole and not peer.is_used:
-            self._begin(peer)
-        if peer.problem or peer.has_ended or peer.frames.whole:
-            self._settle(peer)
-
-    def _begin(self, peer: _Peer) -> None:
-        """Take the token, or the first batch, of a connection."""
-        if peer.link is None:
-            self._introduce(peer)
-        if peer.link is not None and peer.frames.whole:
-            self._use(peer, peer.link)
-            if peer.is_used:
-                with self._reading:
-                    self._queue(peer)
-
-    def _queue(self, peer: _Peer) -> None:
-        """Queue complete batches for the physics thread, unless too many wait. Any thread, under the lock."""
-        whole = peer.frames.whole
-        while whole and not self._service.queue.has_much(peer.client):
-            kind, payload = whole.popleft()
-            if kind != MESSAGE:
-                peer.problem = "it sends memory or files"
-                return
-            self._service.queue.submit(peer.client, BatchWork(payload))
-
-    def _settle(self, peer: _Peer) -> None:
-        """Close a connection that has ended; let one rest whose client has much waiting."""
-        if peer.problem or (peer.has_ended and not peer.frames.whole):
-            if peer.problem:
-                self._say_closed(peer.problem)
-            self._end(peer)
-        elif peer.frames.whole and not peer.is_resting:
-            peer.is_resting = True
-            self._service.queue.open_sockets().remove(peer.socket)
-            self._service.queue.put_last(peer.client, partial(self._go_on, peer))
-
-    def _go_on(self, peer: _Peer) -> None:
-        """Read on, after the batches that were waiting are executed."""
-        if peer in self._peers:
-            self._listen_to(peer)
-            self._read(peer)
-
-    def _introduce(self, peer: _Peer) -> None:
+    def _introduce(self, peer: LanePeer) -> None:
         """Recognise a client by its token, and send it the memory of its values."""
         kind, token = peer.frames.whole.popleft()
         guest = self._guests.get(token.decode("ascii", "replace"))
@@ -217,110 +135,6 @@ class LaneGateway(Listening["_Peer"], Offers):
             peer.problem = f"there is no memory for its client: {problem}"
         else:
             peer.begin(guest, link)
-
-    def _use(self, peer: _Peer, link: LaneLink) -> None:
-        """Have the client's link go over to this connection, which the client has chosen with its first batch."""
-        peer.is_used = peer.guest is not None and peer.guest.use(link)
-        if not peer.is_used:
-            peer.problem = "its client has left, or uses another connection"
-
-    def read_while_busy(self) -> None:
-        """Queue what has arrived while the physics thread is busy, so that the calls can be refused in time.
-
-        Another thread; the physics thread closes connections itself, later.
-        """
-        for peer in list(self._peers):
-            if peer.is_used and not peer.is_resting:
-                with self._reading:
-                    peer.receive()
-                    self._queue(peer)
-
-    def look(self) -> None:
-        """Close connections without a token and those that have ended; accept again."""
-        super().look()
-        for peer in list(self._peers):
-            if peer.problem or peer.has_ended:
-                self._settle(peer)
-
-    def _end(self, peer: _Peer) -> None:
-        """Close a connection; its client leaves after everything that it has sent is executed."""
-        link = peer.link
-        if link is None:
-            self._forget(peer)
-            peer.socket.close()
-            return
-        if peer.is_used:
-            self._service.clients.depart(peer.client)
-        link.close()
-
-    def _forget(self, peer: _Peer) -> None:
-        """Read a connection no more, which is about to be closed."""
-        del self._peers[peer]
-        if not peer.is_resting:
-            self._service.queue.open_sockets().remove(peer.socket)
-        with self._reading:
-            peer.end()
-
-
-class _Peer:
-    """A connection as it is read."""
-
-    def __init__(self, connected: socket.socket, unfinished: Unfinished) -> None:
-        self.socket = connected
-        self.frames = Frames(TOKEN_FRAME)
-        self._unfinished = unfinished.holder(self.break_off)
-        self.since = time.monotonic()
-        self.client = ""
-        self.guest: EitherLink | None = None
-        self.link: LaneLink | None = None
-        """None before a valid token, as the guest is."""
-
-        self.is_used = False
-        """Its client has sent a batch by it."""
-
-        self.problem = ""
-        """Why to close it."""
-
-        self.has_ended = False
-        self.is_resting = False
-        """It is not read, because much of its client waits."""
-
-    @property
-    def is_stranger(self) -> bool:
-        return self.link is None
-
-    def begin(self, guest: EitherLink, link: LaneLink) -> None:
-        """Read batches of a client from now on."""
-        self.guest, self.client, self.link = guest, guest.client, link
-        self.frames.longest = MAX_BATCH
-
-    def receive(self) -> None:
-        """Read some of what has arrived. Under the gateway's lock."""
-        if self.has_ended or self.problem:
-            return
-        try:
-            data = self.socket.recv(part(self.frames.missing), _AT_ONCE)
-            self.has_ended = not data
-            count = self.frames.count
-            self.frames.add(data)
-            self._unfinished.hold(self.frames.held, is_new=self.frames.count > count)
-        except BlockingIOError:
-            pass
-        except BadFrame as problem:
-            self.problem = str(problem)
-        except OSError:
-            self.has_ended = True
-
-    def break_off(self, problem: str) -> None:
-        """Have the physics thread close the connection, for a reason. Any thread."""
-        self.problem = problem
-
-    def end(self) -> None:
-        """Keep nothing of a connection that is about to be closed: its link refers to it, and it to its link."""
-        self._unfinished.end()
-        self.has_ended = True
-        self.frames = Frames()
-        self.guest = self.link = None
 
 
 def _listen(folder: Path, path: str) -> socket.socket:

@@ -78,6 +78,33 @@ ALLOWED = {
 }  # fmt: skip
 """Allowed calls: their numbers for x86_64 and aarch64, -1 where there is none."""
 
+OF_PROGRAMS = {
+    # threads
+    "clone": (56, 220), "set_robust_list": (273, 99), "rseq": (334, 293), "membarrier": (324, 283), "prctl": (157, 167),
+    # descriptors within the process, and the sockets that it has or is sent
+    "pipe": (22, -1), "pipe2": (293, 59), "socketpair": (53, 199), "eventfd2": (290, 19), "epoll_create1": (291, 20),
+    "epoll_ctl": (233, 21), "epoll_wait": (232, -1), "epoll_pwait": (281, 22), "sendto": (44, 206),
+    "recvfrom": (45, 207), "sendmsg": (46, 211), "recvmsg": (47, 212), "shutdown": (48, 210),
+    "getsockname": (51, 204), "getpeername": (52, 205), "getsockopt": (55, 209), "umask": (95, 166),
+}  # fmt: skip
+"""Further calls of a whole program, such as a student's: threads, but no processes; sockets, but no new way out."""
+
+OF_WRITERS = {
+    "pwrite64": (18, 68), "ftruncate": (77, 46), "fsync": (74, 82), "fdatasync": (75, 83), "mkdir": (83, -1),
+    "mkdirat": (258, 34), "unlink": (87, -1), "unlinkat": (263, 35), "rmdir": (84, -1), "rename": (82, -1),
+    "renameat": (264, 38), "renameat2": (316, 276),
+}  # fmt: skip
+"""Further calls of a program that may write into folders, which Landlock then limits: each of them is subject to it."""
+
+_THREAD = 0x10000
+"""CLONE_THREAD: the new task is a thread of the same process."""
+
+_SOCKETS_WITHIN = (1,)
+"""AF_UNIX."""
+
+_THREAD_NAMES = (15, 16)
+"""PR_SET_NAME, PR_GET_NAME."""
+
 _FCNTL = (0, 1, 2, 3, 1030)
 """F_DUPFD, F_GETFD, F_SETFD, F_GETFL, F_DUPFD_CLOEXEC. F_SETFL is not needed: os.set_blocking is an ioctl."""
 
@@ -87,6 +114,9 @@ _IOCTL = (0x5401, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
 _WRITING = 0o3 | 0o100 | 0o1000 | 0o2000 | 0o20000 | 0o20000000
 """O_WRONLY, O_RDWR, O_CREAT, O_TRUNC, O_APPEND, O_ASYNC, O_TMPFILE without its O_DIRECTORY."""
 
+
+_ASYNC = 0o20000
+"""O_ASYNC: the kernel would send signals."""
 
 _HANDLED = (2, 10, 13, 25)
 """SIGINT, SIGUSR1, SIGPIPE, SIGXFSZ: handled by Python, and by the child's report of its position."""
@@ -102,16 +132,19 @@ class _Check:
         among: tuple[int, ...] = (),
         other_than: tuple[int, ...] = (),
         without_bits: int = 0,
+        with_bit: int = 0,
         upper: bool = False,
     ) -> None:
         self.argument, self.among, self.other_than = argument, among, other_than
-        self.without_bits, self.upper = without_bits, upper
+        self.without_bits, self.with_bit, self.upper = without_bits, with_bit, upper
 
     def program(self, refuse: tuple[int, int, int, int]) -> list[tuple[int, int, int, int]]:
         """Return the steps that continue after the last one if the condition holds."""
         steps = [(_LOAD, 0, 0, 16 + 8 * self.argument + 4 * self.upper)]
         if self.without_bits:
             return [*steps, (_ANY_BIT, 0, 1, self.without_bits), refuse]
+        if self.with_bit:
+            return [*steps, (_ANY_BIT, 1, 0, self.with_bit), refuse]
         if self.other_than:
             for value in self.other_than:
                 steps += [(_EQUAL, 0, 1, value), refuse]
@@ -143,6 +176,19 @@ def _checks(lifeline: int, launch: Sequence[int]) -> dict[str, tuple[_Check, ...
     }
 
 
+def _checks_of_program(*, may_write: bool) -> dict[str, tuple[_Check, ...]]:
+    """Return the checks of a whole program, in addition to those of a script and in place of some of them."""
+    checks = {
+        "clone": (_Check(0, with_bit=_THREAD),),
+        "prctl": (_Check(0, among=_THREAD_NAMES),),
+        "socketpair": (_Check(0, among=_SOCKETS_WITHIN),),
+        "rt_sigaction": (),
+    }
+    if may_write:
+        checks |= {"open": (_Check(1, without_bits=_ASYNC),), "openat": (_Check(2, without_bits=_ASYNC),)}
+    return checks
+
+
 def _is_pointer(argument: int, address: int) -> tuple[_Check, _Check]:
     return (
         _Check(argument, among=(address & 0xFFFFFFFF,)),
@@ -150,13 +196,22 @@ def _is_pointer(argument: int, address: int) -> tuple[_Check, _Check]:
     )
 
 
-def steps(machine: str, lifeline: int, launch: Sequence[int] = ()) -> list[tuple[int, int, int, int]]:
+def steps(
+    machine: str,
+    lifeline: int,
+    launch: Sequence[int] = (),
+    *,
+    of_program: bool = False,
+    may_write: bool = False,
+) -> list[tuple[int, int, int, int]]:
     """Return the filter's steps for a machine of `ARCHITECTURES`: operation, jump if true, jump if false, operand.
 
     Args:
         machine: as `platform.machine` names it.
         lifeline: the descriptor that the process must not close.
         launch: addresses of the arguments of the one ``execve`` that is allowed; none: no call is.
+        of_program: also allow `OF_PROGRAMS`.
+        may_write: also allow `OF_WRITERS`; only with Landlock, which limits them.
     """
     architecture, column = ARCHITECTURES[machine]
     refuse = (_GIVE, 0, 0, _ERRNO | errno.EPERM)
@@ -169,8 +224,11 @@ def steps(machine: str, lifeline: int, launch: Sequence[int] = ()) -> list[tuple
         (_AT_LEAST, 0, 1, _X32),
         (_GIVE, 0, 0, _KILL),
     ]
-    checks = _checks(lifeline, launch)
-    for name, numbers in ALLOWED.items():
+    checks, allowed = _checks(lifeline, launch), ALLOWED
+    if of_program:
+        checks |= _checks_of_program(may_write=may_write)
+        allowed = {**ALLOWED, **OF_PROGRAMS, **(OF_WRITERS if may_write else {})}
+    for name, numbers in allowed.items():
         if numbers[column] < 0:
             continue
         block = [step for check in checks.get(name, ()) for step in check.program(refuse)] + [allow]
@@ -179,6 +237,14 @@ def steps(machine: str, lifeline: int, launch: Sequence[int] = ()) -> list[tuple
     return [*program, (_AT_LEAST, 0, 1, _UNIFIED), (_GIVE, 0, 0, _ERRNO | errno.ENOSYS), refuse]
 
 
-def packed(machine: str, lifeline: int, launch: Sequence[int] = ()) -> bytes:
+def packed(
+    machine: str,
+    lifeline: int,
+    launch: Sequence[int] = (),
+    *,
+    of_program: bool = False,
+    may_write: bool = False,
+) -> bytes:
     """Return the steps in the kernel's binary format."""
-    return b"".join(struct.pack("<HBBI", *step) for step in steps(machine, lifeline, launch))
+    made = steps(machine, lifeline, launch, of_program=of_program, may_write=may_write)
+    return b"".join(struct.pack("<HBBI", *step) for step in made)

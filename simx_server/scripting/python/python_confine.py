@@ -37,6 +37,13 @@ _LANDLOCK_SCOPES = {6: 2}
 _EXECUTE, _READ_FILE, _LIST = 1 << 0, 1 << 2, 1 << 3
 """Rights on files."""
 
+_WRITE_FILE = 1 << 1
+_WRITE = _WRITE_FILE | 1 << 4 | 1 << 5 | 1 << 7 | 1 << 8 | 1 << 13 | 1 << 14
+"""Write, remove folders and files, make folders and files, move, truncate: no links, devices, sockets and pipes."""
+
+WRITING_SINCE = 3
+"""The version of Landlock from which it limits truncation too, so that a program may write."""
+
 _LIBRARIES = (
     "/lib",
     "/lib64",
@@ -63,15 +70,45 @@ def missing() -> list[str]:
     return features
 
 
+def landlock_version() -> int:
+    """Return the version of Landlock that this kernel has; below 1 for none."""
+    return int(_c_library().syscall(_LANDLOCK_CREATE, None, _size(0), 1))
+
+
 def limit_resources() -> None:
-    """Set the kernel's limits permanently: hard limits cannot be raised again."""
-    for kind, value in (
+    """Set the kernel's limits of a script permanently: hard limits cannot be raised again."""
+    _limit(
         (resource.RLIMIT_AS, python_limits.MEMORY_LIMIT),
         (resource.RLIMIT_FSIZE, 0),
         (resource.RLIMIT_CORE, 0),
         (resource.RLIMIT_NPROC, 0),
         (resource.RLIMIT_NOFILE, python_limits.OPEN_FILES),
-    ):
+    )
+
+
+def limit_program(memory: int, file_size: int, seconds: int) -> None:
+    """Set the kernel's limits of a whole program permanently.
+
+    The number of its threads is not limited here: the kernel would count all processes of the user.
+
+    Args:
+        memory: bytes of address space.
+        file_size: bytes of a file that it writes.
+        seconds: processor time.
+    """
+    _limit(
+        (resource.RLIMIT_AS, memory),
+        (resource.RLIMIT_FSIZE, file_size),
+        (resource.RLIMIT_CORE, 0),
+        (resource.RLIMIT_CPU, seconds),
+        (resource.RLIMIT_NOFILE, python_limits.OPEN_FILES_OF_PROGRAM),
+    )
+
+
+def _limit(*limits: tuple[int, int]) -> None:
+    for kind, value in limits:
+        _, most = resource.getrlimit(kind)
+        value = value if most == resource.RLIM_INFINITY else min(value, most)
         resource.setrlimit(kind, (value, value))
 
 
@@ -88,6 +125,9 @@ def run(
     readable: Sequence[str],
     executable: Sequence[str],
     lifeline: int = -1,
+    *,
+    of_program: bool = False,
+    writable: Sequence[str] = (),
 ) -> NoReturn:
     """Confine the process with those of Landlock and seccomp that this kernel has, and execute a program.
 
@@ -97,6 +137,8 @@ def run(
         readable: files and folders that can be read in addition to the system's libraries.
         executable: files that are needed to execute it.
         lifeline: a descriptor that stays open whatever the script does; -1: none.
+        of_program: it is a whole program: it may have threads and native modules, and use the sockets that it has.
+        writable: folders that it may write into; needs Landlock of the version `WRITING_SINCE`.
 
     Raises:
         OSError: something failed; the process may be confined already.
@@ -108,13 +150,15 @@ def run(
         raise OSError(ctypes.get_errno(), "no_new_privs is refused")
     features = missing()
     if "landlock" not in features:
-        restrict_files(libc, (*readable, *_LIBRARIES), (program, *executable))
+        restrict_files(
+            libc, (*readable, *_LIBRARIES), (program, *executable), writable, hides_native=not of_program
+        )
     path = ctypes.create_string_buffer(os.fsencode(program))
     arguments = _array([os.fsencode(text) for text in command])
     environment = _array([os.fsencode(f"{name}={value}") for name, value in os.environ.items()])
     if "seccomp" not in features:
         addresses = [ctypes.addressof(each) for each in (path, arguments, environment)]
-        restrict_calls(libc, lifeline, addresses)
+        restrict_calls(libc, lifeline, addresses, of_program=of_program, may_write=bool(writable))
     libc.execve(path, arguments, environment)
     raise OSError(ctypes.get_errno(), f"{program} cannot be executed")
 
@@ -132,15 +176,28 @@ def handled(version: int) -> bytes:
     return b"".join(struct.pack("<Q", (1 << count) - 1) for count in fields)
 
 
-def restrict_files(libc: Any, readable: Sequence[str], executable: Sequence[str] = ()) -> None:
-    """Let the process open these files and folders only, for reading; see `hidden_modules` for exceptions.
+def restrict_files(
+    libc: Any,
+    readable: Sequence[str],
+    executable: Sequence[str] = (),
+    writable: Sequence[str] = (),
+    *,
+    hides_native: bool = True,
+) -> None:
+    """Let the process open these files and folders only, for reading unless they are `writable`.
+
+    Args:
+        hides_native: leave out `hidden_modules`.
 
     Raises:
         OSError: the kernel refuses it.
     """
     import ctypes
 
-    attributes = handled(libc.syscall(_LANDLOCK_CREATE, None, _size(0), 1))
+    version = libc.syscall(_LANDLOCK_CREATE, None, _size(0), 1)
+    if writable and version < WRITING_SINCE:
+        raise OSError(errno.EOPNOTSUPP, "this kernel cannot limit where a program writes")
+    attributes = handled(version)
     rules = libc.syscall(_LANDLOCK_CREATE, attributes, _size(len(attributes)), 0)
     if rules < 0:
         raise OSError(ctypes.get_errno(), "Landlock is refused")
@@ -154,19 +211,27 @@ def restrict_files(libc: Any, readable: Sequence[str], executable: Sequence[str]
             raise OSError(ctypes.get_errno(), f"no rule for {path}")
         os.close(place)
 
-    roots: list[str] = []
-    for path in sorted({os.path.realpath(path) for path in readable}):
-        if not any(_is_within(path, root) for root in roots):
-            roots.append(path)
-    hidden = hidden_modules(roots)
+    roots = _roots(readable)
+    hidden = hidden_modules(roots) if hides_native else set[str]()
     for root in roots:
         for path, rights in _reading(root, hidden):
             allow(path, rights)
     for path in executable:
         allow(path, _EXECUTE | _READ_FILE)
+    for path in writable:
+        allow(path, _READ_FILE | _LIST | _WRITE if os.path.isdir(path) else _READ_FILE | _WRITE_FILE)
     if libc.syscall(_LANDLOCK_RESTRICT, rules, 0):
         raise OSError(ctypes.get_errno(), "Landlock is refused")
     os.close(rules)
+
+
+def _roots(paths: Sequence[str]) -> list[str]:
+    """Return the paths without links, and without those that lie within others."""
+    roots: list[str] = []
+    for path in sorted({os.path.realpath(path) for path in paths}):
+        if not any(_is_within(path, root) for root in roots):
+            roots.append(path)
+    return roots
 
 
 def hidden_modules(roots: Sequence[str]) -> set[str]:
@@ -183,7 +248,14 @@ def hidden_modules(roots: Sequence[str]) -> set[str]:
     }
 
 
-def restrict_calls(libc: Any, lifeline: int, launch: Sequence[int] = ()) -> None:
+def restrict_calls(
+    libc: Any,
+    lifeline: int,
+    launch: Sequence[int] = (),
+    *,
+    of_program: bool = False,
+    may_write: bool = False,
+) -> None:
     """Allow only the calls of `python_calls`.
 
     Raises:
@@ -191,7 +263,9 @@ def restrict_calls(libc: Any, lifeline: int, launch: Sequence[int] = ()) -> None
     """
     import ctypes
 
-    program = python_calls.packed(os.uname().machine, lifeline & 0xFFFFFFFF, launch)
+    program = python_calls.packed(
+        os.uname().machine, lifeline & 0xFFFFFFFF, launch, of_program=of_program, may_write=may_write
+    )
     code = ctypes.create_string_buffer(program, len(program))
     header = struct.pack("<HxxxxxxQ", len(program) // 8, ctypes.addressof(code))
     if libc.prctl(_PR_SET_SECCOMP, _SECCOMP_MODE_FILTER, header, 0, 0):

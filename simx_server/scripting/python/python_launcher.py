@@ -36,7 +36,7 @@ def main() -> None:
         os.set_inheritable(place, True)
     own = os.path.dirname(os.path.abspath(__file__))
     shared = python_confine.mapped_files()
-    readable = [*libraries, f"{sys.base_prefix}/lib", own, *_virtual_environment()]
+    readable = [*libraries, f"{sys.base_prefix}/lib", own, *virtual_environment()]
     if folder:
         readable.append(folder)
     python_confine.limit_resources()
@@ -63,7 +63,7 @@ def end_with(lifeline: int) -> None:
     fcntl.fcntl(lifeline, fcntl.F_SETFL, fcntl.fcntl(lifeline, fcntl.F_GETFL) | os.O_ASYNC)
 
 
-def _virtual_environment() -> list[str]:
+def virtual_environment() -> list[str]:
     """Return the file by which the interpreter finds its library, if it has one."""
     folder = os.path.dirname(sys.executable)
     return [os.path.join(place, "pyvenv.cfg") for place in (folder, os.path.dirname(folder))]

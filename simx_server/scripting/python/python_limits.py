@@ -8,6 +8,9 @@ MEMORY_LIMIT = 512 << 20
 OPEN_FILES = 64
 """At the same time."""
 
+OPEN_FILES_OF_PROGRAM = 256
+"""The same for a whole program, which loads large libraries."""
+
 NOT_CONFINED = 78
 """Exit code of the launcher when it cannot build the walls; standard error has the reason."""
 

@@ -18,7 +18,7 @@ from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import STATUS_OK, Call, Reply
 from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
-from simx_server.service.calls.dispatch import check
+from simx_server.service.calls.dispatch import check, permit
 from simx_server.service.calls.executor import Executor
 from simx_server.service.clients.sessions import ClientSession
 
@@ -82,6 +82,7 @@ class Publisher:
         try:
             arguments = check(command, call.arguments)
             handler = self._dispatch.handler(session, command)
+            permit(session, command, arguments)
         except CommandError:
             return  # the answer reports this, and it would be the same after each step
         try:

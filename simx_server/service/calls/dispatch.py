@@ -39,10 +39,19 @@ class Dispatch:
             run = self.handler(client, command).bound(self.world, client)
         except CommandError as error:
             return command, partial(_raise, error)
-        return command, lambda *arguments: run(*check(command, arguments))
+        if client.guard is None:
+            return command, lambda *arguments: run(*check(command, arguments))
+
+        def run_if_allowed(*arguments: Any) -> Any:
+            checked = check(command, arguments)
+            permit(client, command, checked)
+            return run(*checked)
+
+        return command, run_if_allowed
 
     def bind(self, client: ClientSession, command: Command, checked: list[Any]) -> Handling:
         """Return the function that executes a stream's command with arguments from `check`. Raises CommandError."""
+        permit(client, command, checked)
         return partial(self.handler(client, command).bound(self.world, client), *checked)
 
     def handler(self, client: ClientSession, command: Command) -> Handler:
@@ -57,6 +66,12 @@ class Dispatch:
                 f"{command.name} is not available in this version; 'simx-server --commands' lists what is"
             )
         return handler
+
+
+def permit(client: ClientSession, command: Command, checked: Sequence[Any]) -> None:
+    """Raise CommandError unless the client may make this call, with arguments from `check`."""
+    if client.guard is not None:
+        client.guard(command, checked)
 
 
 def no_such_command(name: str) -> CommandError:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict, deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -22,6 +22,7 @@ from simx_server.service.calls.pacing import PacedCalls
 from .admission.entrance import Entrance
 
 if TYPE_CHECKING:
+    from simx_client.protocol.commands import Command
     from simx_server.service.calls.interrupted import Interrupted
 
 logger = logging.getLogger(__name__)
@@ -97,6 +98,11 @@ class ClientSession:
     """The batch that waits in its middle for a simulation step."""
 
     paced: PacedCalls = field(default_factory=PacedCalls)
+    guard: Callable[[Command, Sequence[Any]], object] | None = None
+    """Raises CommandError for a call of the table with checked arguments that this client may not make; None: it may
+    make all that its role allows. Clients within this process have none.
+    """
+
     is_onlooker: bool = False
     """Only shows the simulation, as the web viewer does; the end of the server does not wait for it."""
 
