@@ -30,6 +30,7 @@ COMMANDS = {
     "classroom": ("run a class: a server for each student, and a page", "simx_client.cli.classroom"),
     "diff": ("find the first step in which two recordings differ", "simx_client.cli.diff"),
     "export": ("write a recording for other programs, as a bag of ROS 2", "simx_client.cli.of_server.export"),
+    "grade": ("give points to a program for what its simulation did", "simx_client.cli.grade"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.cli.shims"),
 }
 

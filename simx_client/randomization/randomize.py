@@ -180,7 +180,7 @@ def _drawn(value: Value, random: np.random.Generator) -> Array:
     if isinstance(value, Distribution):
         found = value.draw(random)
     elif callable(value):
-        found = cast(Callable[[np.random.Generator], Any], value)(random)
+        found = value(random)
     else:
         found = value
     return np.atleast_1d(np.asarray(found, np.float64))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import CommandError
@@ -91,7 +91,7 @@ def numbers(world: World, handle: int, name: str) -> list[float]:
     entry = property_of(world, handle, name)
     assert entry.get is not None
     found: Any = entry.get(world, handle)
-    several: Sequence[float] = found if isinstance(found, list) else [found]
+    several = cast("list[float]", found if isinstance(found, list) else [found])
     return [float(each) for each in several]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from simx_client.protocol.add_ons.windows import ADD_ON as WINDOWS
@@ -18,6 +19,7 @@ from .records import Kind, Record
 from .replayed import Divergence, Replayed
 
 if TYPE_CHECKING:
+    from simx_server.service.service import Service
     from simx_server.world.world import World
 
 
@@ -55,13 +57,19 @@ class Outcome(NamedTuple):
 
 
 def replay(
-    recording: Opened, world: World, history: float | None = None, *, last_step: int | None = None
+    recording: Opened,
+    world: World,
+    history: float | None = None,
+    *,
+    last_step: int | None = None,
+    attach: Callable[[Service], object] = lambda _service: None,
 ) -> Outcome:
     """Replay all events, and compare the states.
 
     Args:
         history: simulated seconds of past steps that the recorded server kept, from which clients may have gone on.
         last_step: end after this simulation step, counted from 1 over all runs.
+        attach: called with the service before the first event, for watchers.
 
     Raises:
         Divergence: the states differ.
@@ -71,6 +79,7 @@ def replay(
     replayed = Replayed(world, has_physics_points=bool(recording.header.get("physics_points")))
     past = History(replayed.service, history)
     replayed.service.watchers.add(past)
+    attach(replayed.service)
     world.scripts.add_ons[WINDOWS] = Windows()
     # repeats the single steps of a web viewer
     world.scripts.add_ons[ADD_ON] = Feed(replayed.service, "replay", (), past)

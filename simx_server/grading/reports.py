@@ -1,0 +1,150 @@
+"""Results of grading for people and for the systems of courses.
+
+Gradescope reads ``results.json`` with tests and scores. GitHub Classroom's reporter reads a variable ``result`` of a
+step: JSON as base64. nbgrader takes the number that the last line of a cell returns: ``grade(...).points``.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from .grading import Grade, Result
+
+_LAST = 2000
+"""Characters of a program's output in a report."""
+
+
+def lines_of_attempt(grade_checks: tuple[str, ...], result: Result) -> Iterator[str]:
+    """Yield what an attempt has met, for people."""
+    yield f"seed {result.seed}: {result.judgement.seconds:.2f} s simulated{_took(result)}"
+    if result.attempt is not None:
+        if result.attempt.drawn:
+            drawn = "; ".join(
+                f"{name} {', '.join(f'{each:.4g}' for each in values)}"
+                for name, values in result.attempt.drawn.items()
+            )
+            yield f"  random: {drawn}"
+        for reason in (result.attempt.over, result.attempt.ended):
+            if reason:
+                yield f"  {reason}"
+    for name, decision in zip(grade_checks, result.judgement.decisions, strict=True):
+        yield f"  {'yes' if decision.is_met else 'no ':3} {name}: {decision.reason}"
+    if result.attempt is not None and result.attempt.ended and result.attempt.output.strip():
+        yield "  the end of its output:"
+        yield from (f"    {line}" for line in result.attempt.output[-_LAST:].strip().splitlines()[-15:])
+
+
+def _took(result: Result) -> str:
+    return "" if result.attempt is None else f", {result.attempt.seconds:.1f} s"
+
+
+def summary(grade: Grade) -> Iterator[str]:
+    """Yield the points, for people."""
+    for number, check in enumerate(grade.task.checks):
+        points = grade.points_of(number)
+        yield f"{points:6.2f} of {check.points:g}  {check.name}"
+        if check.hint and points < check.points:
+            yield f"               {check.hint}"
+    yield f"{grade.points:6.2f} of {grade.task.points:g}  {grade.task.title}"
+
+
+def as_record(grade: Grade) -> dict[str, Any]:
+    """Return everything, for programs."""
+    return {
+        "task": grade.task.title,
+        "program": grade.program,
+        "points": grade.points,
+        "most": grade.task.points,
+        "checks": [
+            {
+                "name": check.name,
+                "check": check.timed.text,
+                "points": grade.points_of(number),
+                "most": check.points,
+            }
+            for number, check in enumerate(grade.task.checks)
+        ],
+        "attempts": [_attempt(result) for result in grade.results],
+    }
+
+
+def _attempt(result: Result) -> dict[str, Any]:
+    attempt = result.attempt
+    record: dict[str, Any] = {
+        "seed": result.seed,
+        "seconds": result.judgement.seconds,
+        "checks": [{"met": each.is_met, "reason": each.reason} for each in result.judgement.decisions],
+        "film": None if result.film is None else str(result.film),
+    }
+    if attempt is not None:
+        record |= {
+            "random": dict(attempt.drawn),
+            "over": attempt.over,
+            "ended": attempt.ended,
+            "output": attempt.output[-_LAST:],
+            "recording": str(attempt.recording),
+        }
+    return record
+
+
+def _told(grade: Grade, number: int) -> str:
+    """Return what a student reads of a check."""
+    check = grade.task.checks[number]
+    lines = [f"seed {result.seed}: {result.judgement.decisions[number].reason}" for result in grade.results]
+    if check.hint and grade.points_of(number) < check.points:
+        lines.append(check.hint)
+    return "\n".join(lines)
+
+
+def as_gradescope(grade: Grade) -> dict[str, Any]:
+    """Return the content of Gradescope's ``results.json``."""
+    ended = dict.fromkeys(
+        result.attempt.ended
+        for result in grade.results
+        if result.attempt is not None and result.attempt.ended
+    )
+    return {
+        "score": round(grade.points, 4),
+        "output": "\n".join(ended) or f"{len(grade.results)} attempts",
+        "tests": [
+            {
+                "name": check.name,
+                "score": round(grade.points_of(number), 4),
+                "max_score": check.points,
+                "status": "passed" if _is_full(grade, number) else "failed",
+                "output": _told(grade, number),
+            }
+            for number, check in enumerate(grade.task.checks)
+        ],
+    }
+
+
+def as_github(grade: Grade) -> str:
+    """Return the line for ``$GITHUB_OUTPUT`` that GitHub Classroom's reporter reads."""
+    result = {
+        "version": 1,
+        "status": "pass" if grade.is_full else "fail",
+        "max_score": grade.task.points,
+        "tests": [
+            {
+                "name": check.name,
+                "status": "pass" if _is_full(grade, number) else "fail",
+                "score": round(grade.points_of(number), 4),
+                "message": _told(grade, number),
+                "test_code": "",
+                "filename": "",
+                "line_no": 0,
+                "execution_time": 0,
+            }
+            for number, check in enumerate(grade.task.checks)
+        ],
+    }
+    return "result=" + base64.b64encode(json.dumps(result).encode()).decode() + "\n"
+
+
+def _is_full(grade: Grade, number: int) -> bool:
+    return math.isclose(grade.points_of(number), grade.task.checks[number].points)
