@@ -27,10 +27,14 @@ COMMANDS = {
     "run": ("run an unmodified legacy script", "simx_client.launch.run"),
     "status": ("report health and metrics of simulators", "simx_client.cli.status.command"),
     "fleet": ("run servers on the hosts of a Ray cluster", "simx_client.fleet.command"),
-    "classroom": ("run a class: a server for each student, and a page", "simx_client.cli.classroom"),
-    "diff": ("find the first step in which two recordings differ", "simx_client.cli.diff"),
+    "classroom": (
+        "run a class: a server for each student, and a page",
+        "simx_client.cli.of_server.classroom",
+    ),
+    "diff": ("find the first step in which two recordings differ", "simx_client.cli.of_server.diff"),
+    "compare": ("run a program at the original and here: what departs", "simx_client.cli.of_server.compare"),
     "export": ("write a recording for other programs, as a bag of ROS 2", "simx_client.cli.of_server.export"),
-    "grade": ("give points to a program for what its simulation did", "simx_client.cli.grade"),
+    "grade": ("give points to a program for what its simulation did", "simx_client.cli.of_server.grade"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.cli.shims"),
 }
 

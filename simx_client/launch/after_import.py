@@ -50,7 +50,7 @@ class AfterImport(MetaPathFinder):
             return None
         spec = found_by_others(self, fullname, path, target)
         if spec is not None:
-            _follow(spec, patch)
+            follow(spec, patch)
         return spec
 
 
@@ -73,7 +73,8 @@ def _apply(patch: Patch, module: ModuleType) -> None:
         )
 
 
-def _follow(spec: ModuleSpec, patch: Patch) -> None:
+def follow(spec: ModuleSpec, patch: Patch) -> None:
+    """Have the patch applied when the module of this spec has been executed."""
     loader = spec.loader
     if loader is None:  # a folder without __init__.py, whatever its name
         return

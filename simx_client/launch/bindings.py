@@ -109,7 +109,7 @@ class BindingFinder(MetaPathFinder):
         elif found.loader is None:
             if not is_legacy_name:
                 return None
-        elif not _is_binding(found):
+        elif not is_binding(found):
             return None
         if found is None:
             logger.info("simx_client stands in for %s, which has no file for this Python", fullname)
@@ -123,7 +123,8 @@ class BindingFinder(MetaPathFinder):
         return spec
 
 
-def _is_binding(spec: ModuleSpec) -> bool:
+def is_binding(spec: ModuleSpec) -> bool:
+    """Return whether a module that was found is a binding, or its constants."""
     if not spec.has_location or not spec.origin:
         return False
     if spec.origin.endswith((".py", ".pyw")):

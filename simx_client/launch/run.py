@@ -29,6 +29,7 @@ from .after_import import AfterImport, Patch, in_turn
 from .bindings import BindingFinder
 from .hints import hint, misplaced_flags, no_script
 from .model_clients import ModelPackage, send_models_to, uses_model
+from .own_library import OwnLibraryFinder
 from .paths import BackslashPaths
 from .pyrep import pyrep_root, stand_in_for_pyrep
 from .python2.convert import Converted, decode
@@ -82,6 +83,15 @@ def make_parser() -> Parser:
         "--pyrep-root",
         action="store_true",
         help="print a COPPELIASIM_ROOT to install PyRep, and exit",
+    )
+    parser.add_argument(
+        "--legacy",
+        metavar="PORT",
+        type=int,
+        help="the script keeps its own library, which connects to this port",
+    )
+    parser.add_argument(
+        "--zmq", metavar="PORT", type=int, help="the script's ZeroMQ clients connect to this port"
     )
     parser.add_argument("--server-args", metavar="ARGS", default="", help='more for all three: "--speed max"')
     parser.add_argument(
@@ -162,6 +172,8 @@ def _conflict(options: argparse.Namespace) -> str:
     """Return which flags exclude each other, or an empty text."""
     if options.embed and options.server:
         return "--server and --embed exclude each other; give one of them"
+    if options.legacy is not None and (options.embed or options.server or options.pyrep):
+        return "--legacy names a port that is served already: leave out --server, --embed and --pyrep"
     if options.pyrep and (options.embed or options.server):
         return "a program of PyRep opens its scene itself: leave out --server and --embed"
     return ""
@@ -171,6 +183,8 @@ def _simulate(options: argparse.Namespace) -> None:
     """Provide the simulation that the flags ask for. Raises ServerNotReady."""
     if options.pyrep:
         stand_in_for_pyrep(options.server_args)
+    if options.zmq is not None:
+        send_clients_to(options.zmq)
     if options.embed:
         scene = scene_for(Path(options.script), options.embed)
         os.environ[EMBED_VARIABLE] = shlex.join([scene, *shlex.split(options.server_args)])
@@ -231,7 +245,10 @@ def _provide(options: argparse.Namespace, script_folder: str, *, is_python2: boo
     # its result.
     sys.meta_path.insert(0, Python2Finder(script_is_python2=is_python2))
     AfterImport(patches).install()
-    sys.meta_path.insert(0, BindingFinder())
+    if options.legacy is None:
+        sys.meta_path.insert(0, BindingFinder())
+    else:
+        OwnLibraryFinder(options.legacy).install()
     OldName().install()
     if uses_model(Path(options.script)):
         ModelPackage().install()

@@ -63,6 +63,8 @@ def replay(
     *,
     last_step: int | None = None,
     attach: Callable[[Service], object] = lambda _service: None,
+    after_step: Callable[[], None] = lambda: None,
+    compares: bool = True,
 ) -> Outcome:
     """Replay all events, and compare the states.
 
@@ -70,9 +72,11 @@ def replay(
         history: simulated seconds of past steps that the recorded server kept, from which clients may have gone on.
         last_step: end after this simulation step, counted from 1 over all runs.
         attach: called with the service before the first event, for watchers.
+        after_step: called after each simulation step.
+        compares: off repeats the calls in a world that was changed, whose states are other ones.
 
     Raises:
-        Divergence: the states differ.
+        Divergence: the states differ, or an event is impossible.
         LogError: the recording cannot be used.
     """
     simulation = world.simulation
@@ -83,7 +87,7 @@ def replay(
     world.scripts.add_ons[WINDOWS] = Windows()
     # repeats the single steps of a web viewer
     world.scripts.add_ons[ADD_ON] = Feed(replayed.service, "replay", (), past)
-    states = _States(world)
+    states = _States(world, compares=compares)
     steps = batches = 0
     for number, (event, belonging, following) in enumerate(recording.events()):
         kind = event[0]
@@ -111,6 +115,8 @@ def replay(
             if kind not in (Kind.PASS, Kind.IDLE):
                 simulation.settle()
             states.compare(event, is_before_step=is_before_step, is_last=following is None)
+            if kind == Kind.PASS:
+                after_step()
             if kind == Kind.PASS and steps == last_step:
                 return Outcome(steps, batches, states.compared, True, "")
         except Divergence as problem:
@@ -123,8 +129,9 @@ def replay(
 class _States(Part):
     """The simulation's states beside the recorded ones."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, *, compares: bool) -> None:
         self._world = world
+        self._compares = compares
         self._sim = world.simulation
         self._made: deque[list[bytes]] = deque()
         """At stops."""
@@ -157,6 +164,9 @@ class _States(Part):
             is_before_step: stops in the following simulation step are recorded by now, and still to come.
             is_last: the recording was cut off behind this event, perhaps before its stop was written.
         """
+        if not self._compares:
+            self.forget()
+            return
         if event[0] == Kind.PASS:
             made = state.of_step(self._sim.data)
             self._refuse(state.differences_of_step(made, event[1]))

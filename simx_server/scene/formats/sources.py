@@ -14,6 +14,8 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 from xml.etree import ElementTree
 
+import mujoco
+
 from simx_server.files.library import shipped_scenes
 from simx_server.files.regular_files import is_file
 
@@ -78,6 +80,9 @@ class Sources:
 
     is_of_client: Callable[[Path, bytes], bool] | None = field(default=None, compare=False, repr=False)
     """Whether a client sent these bytes of a file. Any thread. None: none are a client's."""
+
+    change: Callable[[mujoco.MjSpec], None] | None = field(default=None, compare=False, repr=False)
+    """Changes what a scene's file says before it is compiled (`simx fit`). Raises SceneError. None: nothing does."""
 
     _seen: _Seen | None = field(default=None, compare=False, repr=False)
 

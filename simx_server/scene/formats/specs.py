@@ -54,6 +54,8 @@ def read_scene(file: Path, sources: Sources | None = None, name: str | None = No
     read = read_spec(file, sources, name)
     if read.is_urdf or read.is_model:
         surround(read.spec, sources, with_settings=read.is_urdf)
+    if sources.change is not None:
+        sources.change(read.spec)
     return read
 
 
