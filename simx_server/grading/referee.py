@@ -118,7 +118,7 @@ def judge(task: Task, recording: Path, film: Path | None = None) -> Judgement:
         try:
             opened = Opened(LogReader(recording), folder)
             settings = opened.settings(Settings())
-            world = open_world(settings, stack, lambda world, _: opened.attach(world.simulation))
+            world = open_world(settings, stack, lambda world, _: opened.attach(world))
             outputs = Settings(video=film, camera=task.camera, size=(640, 360))
             attach_outputs(world, outputs, stack, opened.began)
             referee = Referee(task, world)

@@ -53,7 +53,7 @@ def replayed(
         settings = opened.settings(chosen or Settings())
 
         def attach(world: World, _: Path) -> None:
-            opened.attach(world.simulation)
+            opened.attach(world)
             if change is not None:
                 files = world.simulation.files
                 files.sources = replace(files.sources, change=change)

@@ -91,7 +91,7 @@ def _export(options: argparse.Namespace, program: str) -> int:
         settings = opened.settings(Settings(allow_code=options.allow_code))
 
         def attach(world: World, _scene: Path) -> None:
-            opened.attach(world.simulation)
+            opened.attach(world)
 
         world = open_world(settings, stack, attach)
         with export_rosbag(

@@ -66,9 +66,9 @@ class CompoundFunctions(ApiPart, effect="changes"):
         return 1
 
     def alignShapeBB(self, shape: int, pose: list[float]) -> bool:
-        """Turn the bounding box of a shape, which sim.getShapeBB returns, to the directions of a pose in the world; seven
-        zeros turn it to the smallest box about the surface. The frame stays. Return false for a primitive, whose
-        box cannot be turned.
+        """Turn the bounding box of a shape, which sim.getShapeBB returns, to the directions of a pose in the world;
+        seven zeros turn it to the smallest box about the surface. The frame stays. Return false for a primitive,
+        whose box cannot be turned.
         """
         handle = self._self(shape)
         self._sim.scene.get_kind(handle, ObjectKind.SHAPE)
