@@ -97,7 +97,7 @@ bench: $(READY) ## measure a call, a simulation step and an image on this machin
 	@$(BIN)/python -m pytest --quiet bench/checks
 	@$(BIN)/python -m bench
 
-# --- releases: docs/releases.md ---
+# --- releases: docs/internals/releases.md ---
 
 RELEASE := build/release
 TOOLS   := $(RELEASE)/.ready

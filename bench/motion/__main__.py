@@ -1,4 +1,4 @@
-"""``python -m bench.motion [--samples FOLDER] [--stock FOLDER]``: run all robots, write `docs/motion.md`."""
+"""``python -m bench.motion [--samples FOLDER] [--stock FOLDER]``: run all robots, write `docs/internals/motion.md`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from bench.motion.walkers import BASES, rest, walk
 from simx_server.files.library import list_scenes
 
 ROOT = Path(__file__).parents[2]
-PAGE, SCENES = ROOT / "docs" / "motion.md", ROOT / "scenes"
+PAGE, SCENES = ROOT / "docs" / "internals" / "motion.md", ROOT / "scenes"
 
 DRIVES = {
     "Pioneer P3-DX": Differential("pioneer_p3dx", "Pioneer_p3dx_leftMotor", "Pioneer_p3dx_rightMotor"),
@@ -269,7 +269,7 @@ def _grasps(stock: Path | None) -> list[str]:
         "In brackets: the friction that the closed fingers can give, as a part of the object's weight. Holding it\n"
         "against gravity alone needs 1, to turn and swing it needs more: motors of 10 N cannot hold 1 kg.\n"
         "Fingers of the simplified Barrett hand have two free joints each, and yield before their tips slip.\n"
-        "[grasps.md](grasps.md) has PyRep's grippers, and what to tune.\n",
+        "[grasps.md](../grasps.md) has PyRep's grippers, and what to tune.\n",
         _table(("gripper", "held, of 12", "lost", "while carried", "in 30 s", "force"), rows),
     ]
 

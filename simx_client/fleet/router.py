@@ -46,7 +46,7 @@ class Router:
 
 
 def options(endpoint: str) -> dict[str, Any]:
-    """Return the options of the router's session; docs/scaling.md has them for other routers."""
+    """Return the options of the router's session; docs/operators/scaling.md has them for other routers."""
     return {
         **link.SERVER,
         "mode": "router",

@@ -22,7 +22,7 @@ of_fields = cast(_OfFields, tuple.__new__)  # pyright: ignore[reportUnknownMembe
 """Makes a named tuple in half the time of its class: every call makes several."""
 
 PROTOCOL_VERSION = 1
-"""Newest supported version. Incremented when an older peer could misread a message; see docs/protocol.md."""
+"""Newest supported version. Incremented when an older peer could misread a message; see docs/internals/protocol.md."""
 
 OLDEST_PROTOCOL = 1
 """Oldest supported version."""

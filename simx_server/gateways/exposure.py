@@ -32,7 +32,7 @@ def exposure(endpoints: Sequence[str], config: Any) -> str | None:
         return None
     return (
         f"whoever reaches {', '.join(open_ones)} can do everything a client can, unasked: nothing there wants a "
-        "password or a certificate; give --config FILE with a login or mutual TLS (recipes: docs/security.md), "
+        "password or a certificate; give --config FILE with a login or mutual TLS (recipes: docs/operators/security.md), "
         "or leave --listen away"
     )
 
@@ -49,7 +49,7 @@ def plain_exposure(addresses: Sequence[str]) -> str | None:
     return (
         f"whoever reaches {', '.join(open_ones)} can do everything a client can, unasked: the original's protocol "
         "has no passwords and no encryption; leave the host away to listen on this machine alone, and reach it "
-        "through an SSH tunnel or a VPN (recipes: docs/security.md)"
+        "through an SSH tunnel or a VPN (recipes: docs/operators/security.md)"
     )
 
 

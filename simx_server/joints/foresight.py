@@ -25,7 +25,7 @@ logger = logging.getLogger(__name__)
 
 MOST_WORK = 5e8
 """Multiplications of one factorization up to which Newton's method is used. It makes about ten of them in a step, and
-the machine of `docs/reliability.md` 1e9 to 2e9 multiplications in a second.
+the machine of `docs/operators/reliability.md` 1e9 to 2e9 multiplications in a second.
 """
 
 FEWEST_DOFS = 1145

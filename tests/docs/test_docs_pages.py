@@ -285,7 +285,7 @@ def test_index_has_every_page_once() -> None:
     assert sorted(linked) == sorted({*PAGES, "../README.md"} - {"index.md"})
 
 
-@pytest.mark.parametrize("name", ["architecture.md", "../CONTRIBUTING.md"])
+@pytest.mark.parametrize("name", ["internals/architecture.md", "../CONTRIBUTING.md"])
 def test_files_that_a_page_for_developers_names_are_there(name: str) -> None:
     text = page(name)
     for path in set(re.findall(r"`(simx_\w+/[\w/]+(?:\.py)?)/?`", text)):

@@ -10,7 +10,7 @@ from processes import ROOT
 
 pytestmark = pytest.mark.slow
 
-PAGE = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "operators" / "reliability.md").read_text(encoding="utf-8")
 TESTS = ROOT / "tests"
 
 

@@ -16,7 +16,7 @@ def test_make_generate_has_the_command_of_every_generated_file() -> None:
     assert shown.returncode == 0, shown.stderr
     recipe = shown.stdout.replace(".venv/bin/", "")
     pages = [
-        found for page in (ROOT / "docs").glob("*.md") if (found := PAGE.search(page.read_text("utf-8")))
+        found for page in (ROOT / "docs").rglob("*.md") if (found := PAGE.search(page.read_text("utf-8")))
     ]
     stubs = [
         found

@@ -79,7 +79,7 @@ def test_old_messages_mean_what_they_meant(entry: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("entry", read("messages.json"), ids=lambda entry: f"{entry['kind']}-{entry['what']}")
 def test_fields_that_a_newer_peer_adds_are_left_out_where_that_is_promised(entry: dict[str, Any]) -> None:
-    """In the messages by which strangers meet, never in those that carry calls: see docs/protocol.md."""
+    """In the messages by which strangers meet, never in those that carry calls: see docs/internals/protocol.md."""
     decode = getattr(codec, f"decode_{entry['kind']}")
     fields = msgpack.unpackb(bytes.fromhex(entry["bytes"]), unicode_errors="surrogateescape")
     if entry["kind"] == "greeting":

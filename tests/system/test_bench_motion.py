@@ -1,4 +1,4 @@
-"""What `docs/motion.md` says of robots holds: the fast rows of its tables."""
+"""What `docs/internals/motion.md` says of robots holds: the fast rows of its tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The recipes of docs/operations.md, as far as they can be tried without a systemd and a container engine."""
+"""The recipes of docs/operators/operations.md, as far as they can be tried without a systemd and a container engine."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from simx_server.app import cli
 from simx_server.processes.log_format import JsonFormatter
 from simx_server.settings.settings import Settings
 
-PAGE = (ROOT / "docs" / "operations.md").read_text()
+PAGE = (ROOT / "docs" / "operators" / "operations.md").read_text()
 RECIPES = dict(re.findall(r"^```(?:ini|dockerfile) (\S+)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE))
 
 

@@ -1,4 +1,4 @@
-"""Access and rights of clients: the recipes of docs/security.md, run as they stand there."""
+"""Access and rights of clients: the recipes of docs/operators/security.md, run as they stand there."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ needs_openssl = pytest.mark.skipif(shutil.which("openssl") is None, reason="cert
 def recipes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the files of the page, certificates among them."""
     folder = tmp_path_factory.mktemp("simx")
-    page = (ROOT / "docs" / "security.md").read_text().replace("/etc/simx", str(folder))
+    page = (ROOT / "docs" / "operators" / "security.md").read_text().replace("/etc/simx", str(folder))
     blocks = re.findall(r"^```(?:sh|json5|text) (\S+)\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
     assert len(blocks) == 12
     for name, text in blocks:

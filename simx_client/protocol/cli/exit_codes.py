@@ -1,4 +1,4 @@
-"""Exit codes of the programs. ``docs/operations.md`` describes them."""
+"""Exit codes of the programs. ``docs/operators/operations.md`` describes them."""
 
 from __future__ import annotations
 

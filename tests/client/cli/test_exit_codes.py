@@ -1,4 +1,4 @@
-"""The table of exit codes in docs/operations.md, line by line."""
+"""The table of exit codes in docs/operators/operations.md, line by line."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def code_of(main: Callable[[list[str]], int], *arguments: object) -> int:
 
 
 def test_the_page_has_the_numbers_of_the_code() -> None:
-    page = (ROOT / "docs" / "operations.md").read_text()
+    page = (ROOT / "docs" / "operators" / "operations.md").read_text()
     rows = dict(re.findall(r"^\| (\d+) \| ([a-z ]+)", page, re.MULTILINE))
     assert {int(code): meaning.strip() for code, meaning in rows.items()} == {
         DONE: "done",

@@ -65,7 +65,7 @@ def test_server_that_is_open_to_all_warns_and_serves(tmp_path: Path, flags: list
     assert done.stdout.startswith("ready ")
     (line,) = [line for line in done.stderr.splitlines() if "WARNING" in line]
     assert "tcp/0.0.0.0:0" in line
-    assert "docs/security.md" in line
+    assert "docs/operators/security.md" in line
 
 
 def test_file_of_the_user_keeps_what_simx_has_chosen_and_it_does_not_say(tmp_path: Path) -> None:

@@ -81,7 +81,7 @@ def test_services_and_policies_of_the_manifest_select_the_pods() -> None:
 
 
 def test_the_container_file_is_that_of_the_page() -> None:
-    page = (ROOT / "docs" / "operations.md").read_text()
+    page = (ROOT / "docs" / "operators" / "operations.md").read_text()
     (shown,) = re.findall(r"^```dockerfile Containerfile\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
     assert (DEPLOY / "Containerfile").read_text() == shown
 

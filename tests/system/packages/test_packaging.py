@@ -82,7 +82,7 @@ def test_a_source_archive_has_every_page_of_the_root_and_what_it_links_to() -> N
         for page in sorted(pages)
         for link in re.findall(r"\]\(([^):]+)\)", (ROOT / page).read_text(encoding="utf-8"))
     }
-    assert "docs/architecture.md" in linked
+    assert "docs/internals/architecture.md" in linked
     missing = [link for link in linked if link and link not in taken | pages and not (ROOT / link).is_dir()]
     assert missing == []
 

@@ -11,5 +11,5 @@ The bytes become a tree of plain objects, and the tree becomes MJCF with annotat
 * `converting.py`, `conversion/`: the objects to an MjSpec
 * `report.py`: what a conversion approximated or left out
 
-The format is described in `docs/vrep-files.md`; it was found by examining files.
+The format is described in `docs/internals/vrep-files.md`; it was found by examining files.
 """

@@ -69,7 +69,7 @@ def test_a_server_that_is_open_to_all_warns(tmp_path: Path) -> None:
     assert done.returncode == 0
     (line,) = [line for line in done.stderr.splitlines() if "WARNING" in line]
     assert "0.0.0.0:" in line
-    assert "docs/security.md" in line
+    assert "docs/operators/security.md" in line
 
 
 def test_a_port_of_a_script_speaks_the_original_protocol_too(tmp_path: Path) -> None:

@@ -74,7 +74,7 @@ def test_records_after_a_mark_belong_to_the_next_section() -> None:
     assert (wrapper.ints("Var"), leaf.ints("Var")) == ((1,), (2,))
 
 
-PAGE = (Path(__file__).parents[5] / "docs" / "vrep-files.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[5] / "docs" / "internals" / "vrep-files.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("tag", sorted({*OBJECTS, *FIRST, *REST} - {"MKR", "CSO"}))
