@@ -70,7 +70,7 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser; its result holds only the flags that were given, under the fields' names."""
     parser = Parser(
         PROGRAM,
-        version=_version(),
+        version=_version,
         usage=f"{PROGRAM} [SCENE] [options]",
         description="A MuJoCo simulation that scripts written for V-REP can drive.",
         epilog=EXAMPLES,

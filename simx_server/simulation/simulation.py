@@ -7,6 +7,7 @@ length, so it does not drift.
 
 from __future__ import annotations
 
+import functools
 import logging
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import contextmanager
@@ -57,6 +58,12 @@ Memories = list[tuple[Part, object]]
 
 
 _RUN_EVENTS = "run_starting", "run_started", "run_ending", "run_stopping", "run_stopped"
+
+
+@functools.cache
+def _overrides(kind: type[Part], method: str) -> bool:
+    """Return whether a kind of part overrides a method."""
+    return getattr(kind, method) is not getattr(Part, method)
 
 
 class SimulationState(Enum):
@@ -154,8 +161,7 @@ class Simulation:
 
     def _parts_with(self, method: str) -> tuple[Part, ...]:
         """Return the parts that override a method."""
-        own = getattr(Part, method)
-        return tuple(each for each in self._parts if getattr(type(each), method) is not own)
+        return tuple(each for each in self._parts if _overrides(type(each), method))
 
     def _tell_of_run(self, event: str) -> None:
         self.replan()

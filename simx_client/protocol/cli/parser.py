@@ -4,28 +4,45 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Any, NoReturn
 
 from simx_client.protocol.nearest import did_you_mean
 from simx_client.protocol.version import __version__
 
 
+class _Version(argparse.Action):
+    """Print the version and exit, as argparse's own action does with a text that is known before."""
+
+    def __init__(
+        self, option_strings: Sequence[str], dest: str, *, version: Callable[[], str], **settings: Any
+    ) -> None:
+        settings["default"] = argparse.SUPPRESS
+        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, **settings)
+        self._version = version
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        sys.stdout.write(f"{parser.prog} {self._version()}\n")
+        parser.exit()
+
+
 class Parser(argparse.ArgumentParser):
     """An argparse parser whose errors name the nearest flag or choice."""
 
-    def __init__(self, program: str, *, version: str = __version__, **settings: Any) -> None:
+    def __init__(
+        self, program: str, *, version: Callable[[], str] = lambda: __version__, **settings: Any
+    ) -> None:
         """Take what argparse takes, and add ``--version``.
 
         Args:
             program: the name by which help and messages call the program.
-            version: what ``--version`` prints after that name.
+            version: returns what ``--version`` prints after that name; called for that only.
             settings: arguments of ``argparse.ArgumentParser``; descriptions and examples keep their lines.
         """
         settings.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         super().__init__(program, allow_abbrev=False, **settings)
         self._words: list[str] = []
-        self._version = f"{program} {version}"
+        self._version = version
         if self.add_help:
             self.add_version(self)
 
@@ -37,7 +54,7 @@ class Parser(argparse.ArgumentParser):
     def add_version(self, group: Any) -> None:
         """Add ``--version`` to a group of flags, for a parser that was made with ``add_help=False``."""
         group.add_argument(
-            "--version", action="version", version=self._version, help="print the version and exit"
+            "--version", action=_Version, version=self._version, help="print the version and exit"
         )
 
     def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride]  # of many overloads, one

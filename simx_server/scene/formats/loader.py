@@ -13,6 +13,8 @@ Preparation adds, it does not remove:
 
 from __future__ import annotations
 
+import copy
+import functools
 import logging
 import math
 from collections.abc import Iterable, Sequence
@@ -106,7 +108,19 @@ def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
 
 def empty_scene() -> tuple[Scene, mujoco.MjModel]:
     """Return the scene of a simulation that has loaded none: gravity, no objects."""
-    return build(mujoco.MjSpec(), None)
+    prepared, compiled = _compiled_nothing()
+    spec, model = prepared.copy(), copy.copy(compiled)
+    scene = build_scene(spec, model, read_annotations(spec), None)
+    scene.files = AssetFiles()
+    return scene, model
+
+
+@functools.cache
+def _compiled_nothing() -> tuple[mujoco.MjSpec, mujoco.MjModel]:
+    """Return a prepared empty spec and its model, for copies: every simulation starts with them."""
+    spec = mujoco.MjSpec()
+    prepare(spec)
+    return spec, compile_spec(spec)
 
 
 def default_scene(sources: Sources) -> tuple[Scene, mujoco.MjModel]:

@@ -57,7 +57,7 @@ def listing(world: World) -> dict[str, Quantities]:
 
 @contextmanager
 def _computed_once() -> Iterator[None]:
-    """Compute each box and the triangles of each shape once: each of their numbers is a quantity of its own."""
+    """Compute each box and the triangles of each shape once: each of their numbers is one quantity."""
     with pytest.MonkeyPatch.context() as patch:
         for module, name in ((bounding_box, "of_object"), (shape_looks, "triangles")):
             patch.setattr(module, name, _remembering(getattr(module, name)))
