@@ -58,10 +58,11 @@ def chromium() -> Iterator[Browser]:
         yield browser
 
 
-def open_page(browser: Browser, url: str, width: int, height: int) -> Page:
-    """The page, once it shows the scene."""
+def open_page(browser: Browser, url: str, width: int, height: int, *, script: str = "") -> Page:
+    """The page, once it shows the scene; `script`: JavaScript that runs before that of the page."""
     page = browser.new_page(viewport={"width": width, "height": height})
     page.set_default_timeout(LONG_MS)
+    page.add_init_script(script)
     page.goto(url)
     page.get_by_role("tab", name="Objects").wait_for()
     page.locator("canvas").first.wait_for()

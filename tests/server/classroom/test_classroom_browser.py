@@ -1,4 +1,4 @@
-"""A class of eight in a real browser: tiles, images, students' programs, resets, tokens, and a seat that is killed."""
+"""A class of five in a real browser: tiles, images, students' programs, resets, tokens, and a seat that is killed."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ if pictures.find_chromium() is None:
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, Page
 
-SEATS = 8
+SEATS = 5
 SOON = 60.0
 ROOM = """
 <mujoco model="swing">
@@ -118,7 +118,7 @@ def test_each_seat_has_a_tile_with_an_image(room: Room) -> None:
         room.image(seat).wait_for()
         assert room.image(seat).evaluate("image => image.naturalWidth") == 400
     assert room.page.locator(".seat").count() == SEATS
-    assert room.page.locator("#counts").text_content() == "8 seats · 0 connected · 0 running"
+    assert room.page.locator("#counts").text_content() == f"{SEATS} seats · 0 connected · 0 running"
     assert "token" not in room.page.url
 
 

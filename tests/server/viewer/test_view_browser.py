@@ -33,6 +33,13 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT = 900, 600
 """Software draws it."""
 
+FEW_FRAMES = """
+const frame = window.requestAnimationFrame.bind(window);
+window.requestAnimationFrame = draw => setTimeout(() => frame(draw), 120);
+window.cancelAnimationFrame = clearTimeout;
+"""
+"""Eight frames a second: the browser would draw as many as one core of the processor can."""
+
 SOON = 30.0
 ROOM = """
 <mujoco model="{name}">
@@ -77,7 +84,7 @@ class Place:
         self.process = self._serve("room", 0, 0)
         self.url = read_line(self.process.process, 60).split()[1]
         browser = stack.enter_context(pictures.chromium())
-        self.page: Page = pictures.open_page(browser, self.url, WIDTH, HEIGHT)
+        self.page: Page = pictures.open_page(browser, self.url, WIDTH, HEIGHT, script=FEW_FRAMES)
         self.errors: list[str] = []
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.client = self._connect()
