@@ -14,9 +14,10 @@ TESTS  ?=
 WORKERS ?= $(shell cores=$$(getconf _NPROCESSORS_ONLN); echo $$((cores < 4 ? cores + 1 : 4)))
 SECONDS ?= 600
 ROLES   ?=
+TIMES   ?= 3
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock demo test test-fast soak siege crashes check format generate bench clean \
+.PHONY: help setup lock demo test test-fast soak siege sweep crashes check format generate bench clean \
         dist dist-archives check-dist check-release sbom site-version release
 
 help: ## this list
@@ -65,6 +66,9 @@ soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server
 
 siege: $(READY) ## hostile clients for SECONDS (600); ROLES="calls edits" for some: others must still be answered
 	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support:$(CURDIR)/tests/support/worlds:$(CURDIR)/tests/support/gateways $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
+
+sweep: $(READY) ## random tests with TIMES (3) as many cases as in the suite
+	@SWEEP=$(TIMES) $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile $$(grep -rl "^from seeds import" tests)
 
 crashes: $(READY) ## kill a supervised server COUNT times (50) while clients of all ways in use it
 	@PYTHONPATH=tests:tests/support:tests/support/worlds:tests/support/gateways $(BIN)/python tests/system/load/crashes.py $(COUNT)

@@ -12,6 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from loopback import LoopbackTransport
 from mode_model import Model, ModelServer, Question, Result
 from plain_world import World
+from seeds import many
 
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
@@ -197,7 +198,7 @@ def test_a_stream_that_took_nothing_leaves_nothing_when_it_is_replaced() -> None
 
 
 _SETTINGS = settings(
-    max_examples=60,
+    max_examples=many(20),
     stateful_step_count=150,
     deadline=None,
     derandomize=True,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from handler_calls import World
+from seeds import seeds
 
 from simx_server.errors import CommandError
 from simx_server.history.models import pack_model, unpack_model
@@ -237,7 +238,7 @@ def differential(seed: int, model: Path, after: Callable[[World], object]) -> Wo
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(3))
 def test_edits_with_a_compile_after_each_give_the_same(seed: int, tmp_path: Path) -> None:
     (tmp_path / "model.xml").write_text(
         "<mujoco><worldbody><body name='lamp'><geom size='0.02' contype='0' conaffinity='0'/>"

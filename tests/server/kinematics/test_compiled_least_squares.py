@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 from scenes_for_tests import world_of
+from seeds import seeds
 
 from simx_server.files.library import shipped_scenes
 from simx_server.kinematics import Calculation, Constraint, Element, Group, Method, sampling
@@ -132,7 +133,7 @@ def goals_of(found: Problem, values: Array, turns: Array) -> Array:
     return in_both_forms(found, "tips", [values, turns, np.zeros((len(found.ends), 7))])[1][2]
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", seeds(20))
 def test_both_forms_solve_equally(seed: int) -> None:
     random = np.random.default_rng(seed)
     model = mechanism(random)
@@ -155,7 +156,7 @@ def test_both_forms_solve_equally(seed: int) -> None:
         )
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", seeds(14))
 def test_tips_and_jacobians_are_those_of_mujoco(seed: int) -> None:
     random = np.random.default_rng(seed)
     model = mechanism(random)
@@ -231,7 +232,7 @@ def test_both_forms_end_equally_where_physics_has_diverged(number: float) -> Non
             in_both_forms(found, "solve", [values, turns, far], method, 1e-2, 1.0, 5, 99)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", seeds(5))
 def test_both_forms_draw_the_same_random_starts(seed: int) -> None:
     random = np.random.default_rng(seed)
     model = mujoco.MjModel.from_xml_string(
