@@ -23,7 +23,7 @@ from simx_server.viewer.launching import missing
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
-PASSES = 30
+PASSES = 15
 
 Run = Callable[[int], list[list[float]]]
 """Drives a client through a stepped run, and stops; what it read after each pass."""

@@ -41,8 +41,8 @@ _KINDS = {
 NEAR_ENOUGH = 0.001
 """Metres; the tables have four decimals."""
 STRAIGHT_ENOUGH = math.radians(0.5)
-UNSTIRRED = 0.001
-"""Metres and radians that something may settle or creep by while it idles."""
+UNSTIRRED = 0.0003
+"""Metres and radians that something may creep by in twenty seconds: a millimetre in a minute."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def check_copies(
     check_stock(world, client, rows, suffix="#0", shift=(*at, 0.0))
 
 
-def check_idle(client: int, names: Iterable[str], seconds: float = 60.0, settling: float = 1.0) -> None:
+def check_idle(client: int, names: Iterable[str], seconds: float = 20.0, settling: float = 1.0) -> None:
     """Named objects of a stepped, running simulation stay where they are, once they had time to settle."""
     handles = {name: handle_of(client, name) for name in names}
     step(client, settling)

@@ -9,11 +9,11 @@ from vrep_samples import decoded, each_sample, world_of
 
 from simx_server.scene.formats.vrep.objects import Joint, Shape
 
-STEPS = 20
+STEPS = 10
 
 
 @each_sample
-def test_a_second_passes_without_a_jump(path: Path) -> None:
+def test_half_a_second_passes_without_a_jump(path: Path) -> None:
     file, world = decoded(path), world_of(path)
     sim = world.sim
     before = sim.data.xpos.copy()
