@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from simx_server.scene.geometry.forms import Forms, GeomTriangles
 from simx_server.scene.geometry.triangles import CURVED
-from simx_server.scene.poses.pose_copies import Array, PoseCopies, Poses
+from simx_server.scene.poses.pose_copies import Array, PoseCopies
 
 from ..scene.geometry.stand_ins import stand_ins
 from ..scene.objects import Scene
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from .proximity.native._first_hit import Surfaces
 
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+
+_POSE_ARRAYS = frozenset(("geom_xpos", "geom_xmat", "xpos", "site_xpos", "site_xmat"))
+"""MuJoCo's arrays in an instant."""
 
 _MOST_SETS = 1000
 """Sets of objects whose geoms are kept: a program asks for few different ones, again and again."""
@@ -128,10 +131,30 @@ class Surroundings:
 class Instant:
     """Poses of all geoms and sites, and positions of all bodies, at one moment; never changed after it was made."""
 
+    geom_xpos: Array
+    """(ngeom, 3) world positions of the geoms."""
+    geom_xmat: Array
+    """(ngeom, 9) their rotation matrices."""
+    xpos: Array
+    """(nbody, 3) world positions of the bodies."""
+    site_xpos: Array
+    """(nsite, 3) world positions of the sites."""
+    site_xmat: Array
+    """(nsite, 9) their rotation matrices."""
+
     def __init__(self, copies: PoseCopies, numbers: Array, surroundings: Surroundings) -> None:
         """Note a moment; `numbers`: what `copies` has copied."""
         self.surroundings = surroundings
-        self._copies, self._numbers = copies, numbers
+        self._poses = copies.poses(numbers)
+        self._detectable: dict[str | None, NDArray[np.bool_]] = {}
+        self._points: dict[str | None, Points] = {}
+
+    def __getattr__(self, name: str) -> Array:
+        """Return one of the arrays and keep it; `cached_property` takes a lock, which is half of the time."""
+        if name not in _POSE_ARRAYS:
+            raise AttributeError(f"an instant has no {name}")
+        found = self.__dict__[name] = self._poses.array(name)
+        return found
 
     @property
     def scene(self) -> Scene:
@@ -140,43 +163,6 @@ class Instant:
     @property
     def model(self) -> mujoco.MjModel:
         return self.surroundings.model
-
-    @cached_property
-    def _poses(self) -> Poses:
-        return self._copies.poses(self._numbers)
-
-    @cached_property
-    def _detectable(self) -> dict[str | None, NDArray[np.bool_]]:
-        return {}
-
-    @cached_property
-    def _points(self) -> dict[str | None, Points]:
-        return {}
-
-    @cached_property
-    def geom_xpos(self) -> NDArray[np.float64]:
-        """Return (ngeom, 3) world positions of the geoms."""
-        return self._poses.array("geom_xpos")
-
-    @cached_property
-    def geom_xmat(self) -> NDArray[np.float64]:
-        """Return (ngeom, 9) their rotation matrices."""
-        return self._poses.array("geom_xmat")
-
-    @cached_property
-    def xpos(self) -> NDArray[np.float64]:
-        """Return (nbody, 3) world positions of the bodies."""
-        return self._poses.array("xpos")
-
-    @cached_property
-    def site_xpos(self) -> NDArray[np.float64]:
-        """Return (nsite, 3) world positions of the sites."""
-        return self._poses.array("site_xpos")
-
-    @cached_property
-    def site_xmat(self) -> NDArray[np.float64]:
-        """Return (nsite, 9) their rotation matrices."""
-        return self._poses.array("site_xmat")
 
     @property
     def data(self) -> mujoco.MjData:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Generator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -28,6 +28,8 @@ _ASLEEP_ARRAYS = (
 )  # fmt: skip
 _ASLEEP_COUNTS = "ntree_awake", "nbody_awake", "nparent_awake", "nv_awake"
 """Not in MuJoCo's state: the trees that sleep, and the lists of those that do not."""
+
+_AS_IT_IS = nullcontext()
 
 Asleep = tuple[dict[str, np.ndarray], dict[str, int], bool]
 """Arrays and counts by name, and whether everything is to wake."""
@@ -119,7 +121,8 @@ class Sleepers:
     def woken(self) -> AbstractContextManager[None]:
         """Switch sleep off around MuJoCo's kinematics, which wakes everything that was due to wake."""
         self.are_to_wake = False
-        return _sleepless(self._sim.model)
+        model = self._sim.model
+        return _sleepless(model) if model.opt.enableflags & _SLEEP else _AS_IT_IS
 
     @property
     def must_stay_awake(self) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -20,9 +20,6 @@ from simx_server.scene.poses.poses import Vector
 from simx_server.sensors.instant import Instant
 
 from .optics import Optics
-
-if TYPE_CHECKING:
-    from .native._first_hit import Surfaces
 
 _PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 MET_BY_RAYS = frozenset((*CURVED, _PLANE))
@@ -81,49 +78,47 @@ def first_hit(
         rotation: (3, 3) in the world; the columns are the sensor's axes.
         wanted: (ngeom,) the geoms to detect.
     """
-    return _Ray(instant, looks, origin, rotation, wanted).first()
+    places = (instant.geom_xpos - origin) @ rotation
+    compiled = instant.surroundings.for_rays
+    if compiled is None:
+        ray = _Ray(instant, looks, origin, rotation, places)
+        ray.search(wanted)
+        return ray.best
+    geom, row, distance, normal, others = compiled.first(
+        places, instant.geom_xmat, rotation, wanted,
+        looks.offset, looks.reach, FACES[looks.faces], looks.least_cosine,
+    )  # fmt: skip
+    best = Hit(looks.offset + distance, normal, geom) if geom >= 0 else None
+    if not others:
+        return best
+    ray = _Ray(instant, looks, origin, rotation, places)
+    if best is not None:
+        ray.best, ray.reach, ray.order = best, distance, (geom, row)
+    for other in others:
+        ray.offer_true_surface(other)
+    return ray.best
 
 
 class _Ray:
     def __init__(
-        self, instant: Instant, looks: Optics, origin: Array, rotation: Array, wanted: NDArray[np.bool_]
+        self, instant: Instant, looks: Optics, origin: Array, rotation: Array, places: Array
     ) -> None:
         self._instant = instant
         self._looks = looks
         self._origin, self._rotation = origin, rotation
-        self._places = (instant.geom_xpos - origin) @ rotation
-        self._wanted = wanted
-        self._best: Hit | None = None
-        self._reach = looks.reach
+        self._places = places
+        self.best: Hit | None = None
+        self.reach = looks.reach
         """Where the best hit is, or the ray ends."""
-        self._order = -1, -1
+        self.order = -1, -1
 
-    def first(self) -> Hit | None:
-        compiled = self._instant.surroundings.for_rays
-        if compiled is None:
-            self._search()
-        else:
-            self._search_compiled(compiled)
-        return self._best
-
-    def _search_compiled(self, compiled: Surfaces) -> None:
-        looks = self._looks
-        geom, row, distance, normal, others = compiled.first(
-            self._places, self._instant.geom_xmat, self._rotation, self._wanted,
-            looks.offset, looks.reach, FACES[looks.faces], looks.least_cosine,
-        )  # fmt: skip
-        if geom >= 0:
-            self._reach, self._order = distance, (geom, row)
-            self._best = Hit(looks.offset + distance, normal, geom)
-        for other in others:
-            self._offer_true_surface(other)
-
-    def _search(self) -> None:
+    def search(self, wanted: NDArray[np.bool_]) -> None:
+        """Offer all surfaces that the ray may meet first."""
         kinds = self._instant.surroundings.kinds
         entered: list[tuple[float, int, _View]] = []
-        for geom in self._near():
+        for geom in self._near(wanted):
             if kinds[geom] in MET_BY_RAYS:
-                self._offer_true_surface(geom)
+                self.offer_true_surface(geom)
                 continue
             view = self._view(geom)
             heights = [height for height, _ in view.faces]
@@ -131,20 +126,20 @@ class _Ray:
                 entered.append((min(heights), geom, view))
         entered.sort()
         for height, geom, view in entered:
-            if height - self._looks.offset > self._reach + _SLACK:
+            if height - self._looks.offset > self.reach + _SLACK:
                 break
             if kinds[geom] == _BOX:
                 self._offer_box(geom, view)
             else:
                 self._offer_mesh(geom, view)
 
-    def _near(self) -> list[int]:
+    def _near(self, wanted: NDArray[np.bool_]) -> list[int]:
         """Return the geoms whose balls the segment meets, and the planes, which have none."""
         offset, reach, around = self._looks.offset, self._looks.reach, self._instant.surroundings
         x, y, z = self._places.T
         near = x * x + y * y <= around.radii_squared
         near &= np.abs(z - (offset + reach / 2)) <= around.radii + (reach / 2 + _SLACK)
-        near &= self._wanted
+        near &= wanted
         return near.nonzero()[0].tolist()
 
     def _offer(self, order: tuple[int, int], geom: int, distance: float, normal: Vector) -> None:
@@ -156,16 +151,16 @@ class _Ray:
             distance: metres.
             normal: the outward normal.
         """
-        if distance > self._reach:
+        if distance > self.reach:
             return
-        if self._best is not None and distance == self._reach and order >= self._order:
+        if self.best is not None and distance == self.reach and order >= self.order:
             return
         away = self._looks.offset + distance
         if self._looks.accepts((0.0, 0.0, away), normal):
-            self._reach, self._order = distance, order
-            self._best = Hit(away, normal, geom)
+            self.reach, self.order = distance, order
+            self.best = Hit(away, normal, geom)
 
-    def _offer_true_surface(self, geom: int) -> None:
+    def offer_true_surface(self, geom: int) -> None:
         instant, axis = self._instant, self._rotation[:, 2].copy()
         start = self._origin + self._looks.offset * axis
         distance, normal = true_surface(
@@ -191,7 +186,7 @@ class _Ray:
     def _offer_box(self, geom: int, view: _View) -> None:
         corners = self._instant.surroundings.triangles.of(geom)[0]
         for height, face in sorted(view.faces):
-            if -_SLACK <= height - self._looks.offset <= self._reach + _SLACK:
+            if -_SLACK <= height - self._looks.offset <= self.reach + _SLACK:
                 pair = corners[2 * face : 2 * face + 2]
                 self._offer_crossings(geom, pair, view.turn, view.place, 2 * face)
 
@@ -204,7 +199,7 @@ class _Ray:
     def _offer_crossings(self, geom: int, corners: Array, turn: Array, place: Array, first: int) -> None:
         """Offer the points of triangles (n, 3, 3) of a geom on the z axis; `first`: number of the first one."""
         offset = self._looks.offset
-        between = offset - _SLACK, offset + self._reach + _SLACK
+        between = offset - _SLACK, offset + self.reach + _SLACK
         for row, height, normal in _crossings(corners @ turn + place, *between):
             if height >= offset:
                 self._offer((geom, first + row), geom, height - offset, normal)

@@ -18,7 +18,7 @@ from simx_server.scene.objects import SceneObject
 from simx_server.sensors.instant import Instant
 from simx_server.sensors.points import Points
 
-from .detection import FEW_RAYS, Detection, detect, detect_all, unblinded
+from .detection import Detection, are_quick_alone, detect, detect_all, unblinded
 from .optics import Optics
 from .random_rays import detect_randomly
 from .volume import Array
@@ -78,13 +78,16 @@ def _on_surfaces(
     dice: Callable[[int], np.random.Generator],
 ) -> list[Detection | None]:
     wanted = [each.geoms for each in targets]
-    if looks.faces == "none" or (looks.throw is None and not any(geoms.any() for geoms in wanted)):
+    if looks.faces == "none":
+        return [None] * len(items)
+    one_by_one = looks.kind == "ray" and are_quick_alone(instant, len(items))
+    if not one_by_one and looks.throw is None and not any(geoms.any() for geoms in wanted):
         return [None] * len(items)
     for row, item in enumerate(items):
         carrier = instant.scene.owner_of_body(item.body, instant.model)
         if carrier != -1 and not note_of(item).get("carrier", False):
             wanted[row] = wanted[row] & instant.surroundings.not_of(carrier)
-    if looks.kind == "ray" and len(items) <= FEW_RAYS:
+    if one_by_one:
         return [
             detect(instant, looks, instant.site_xpos[item.id], turn_of(instant, item), some)
             for item, some in zip(items, wanted, strict=True)

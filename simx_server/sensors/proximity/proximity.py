@@ -388,6 +388,8 @@ class ProximitySensors(Part):
         if item.handle not in self._entities:
             self._entities[item.handle] = self._collections.named(str(note_of(item).get("entity", "all")))
         entity = self._entities[item.handle]
+        if entity == ALL:
+            return ALL
         gone = entity not in self._sim.scene.objects and entity not in self._collections
         # The entity of a restricted sensor may be removed; then it detects everything, as in V-REP.
         return ALL if gone else entity

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from simx_server.sensors.instant import Instant
 
-from .detection import Detection, detect_all
+from .detection import Detection, are_quick_alone, detect, detect_all
 from .optics import Optics, Throw
 from .volume import Array, ray
 
@@ -52,10 +52,13 @@ def detect_randomly(
         least_distance=0.0,
     )
     found: list[Detection | None] = []
-    for first in range(0, len(turns), _AT_ONCE):
-        some = rotation @ turns[first : first + _AT_ONCE]
-        apexes, shapes = np.tile(apex, (len(some), 1)), np.repeat(wanted[np.newaxis], len(some), axis=0)
-        found += detect_all(instant, along, apexes, some, shapes)
+    if are_quick_alone(instant, len(turns)):
+        found = [detect(instant, along, apex, some, wanted) for some in rotation @ turns]
+    else:
+        for first in range(0, len(turns), _AT_ONCE):
+            some = rotation @ turns[first : first + _AT_ONCE]
+            apexes, shapes = np.tile(apex, (len(some), 1)), np.repeat(wanted[np.newaxis], len(some), axis=0)
+            found += detect_all(instant, along, apexes, some, shapes)
     hits = [
         _in_sensor(one, turn, looks.offset) for one, turn in zip(found, turns, strict=True) if one is not None
     ]
