@@ -33,16 +33,17 @@ local function plain_all(...)
     return ...
 end
 
--- The kind of a table that is a list of numbers and that Lua has in their order, and its length; nil for any other.
--- Kinds are those of `_given` in interpreter.py.
-local ALONE <const>, FLOATS <const>, INTEGERS <const>, MIXED <const> = "-", "d", "j", "m"
+-- The kind of a table that is a list of numbers and that Lua has in their order, and its length; nil for any other,
+-- and for a list that would take too much of the script's memory as a string. Kinds are those of `_given` in
+-- interpreter.py.
+local ALONE <const>, FLOATS <const>, INTEGERS <const>, MIXED <const>, LONGEST <const> = "-", "d", "j", "m", 300000
 
 local function kind_of(list)
     local count, floats = 0, 0
     for key, item in next, list do
         local kind = mathtype(item)
         count = count + 1
-        if key ~= count or kind == nil then return nil end
+        if key ~= count or kind == nil or count > LONGEST then return nil end
         if kind == "float" then floats = floats + 1 end
     end
     return floats == count and FLOATS or floats == 0 and INTEGERS or MIXED, count

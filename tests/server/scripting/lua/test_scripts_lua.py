@@ -165,6 +165,7 @@ class Recorder(LuaEchoApi):
         ("long(500, 1), long(500, 0.5)", [list(range(1, 501)), [i / 2 for i in range(1, 501)]]),
         ("long(500, 1, 0.5)", [[0.5 if i == 250 else i for i in range(1, 501)]]),
         ("long(7000, 1)", [list(range(1, 7001))]),
+        ("long(300001, 1)", [list(range(1, 300002))]),
         ("lying", [[1, 2]]),
     ],
 )
