@@ -2,14 +2,18 @@
 
 PATH is a checkout of RLBench, with PyRep installed or on PYTHONPATH. The task reach_target is stepped with five cameras
 of 128 x 128. Each line has the calls of a part in one step, and their milliseconds: by the clock, and of the calling
-thread's processor. Parts contain each other; the render thread works beside the program.
+thread's processor. Parts contain each other; the render threads work beside the program.
+
+The last line is the bound: the processors' time for the same images by MuJoCo alone, each place drawn once for its
+colours and its depth, without masks.
 """
 
 # pyright: reportMissingImports=false, reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false, reportAttributeAccessIssue=false
+# pyright: reportUnknownArgumentType=false, reportAttributeAccessIssue=false, reportPrivateUsage=false
 from __future__ import annotations
 
 import argparse
+import copy
 import functools
 import sys
 import time
@@ -81,6 +85,61 @@ def watch_parts(parts: Parts) -> None:
     parts.watch(mujoco, "mjr_readPixels", "render thread: mjr_readPixels")
 
 
+class Bound:
+    """Draws what the program's cameras see with MuJoCo alone."""
+
+    def __init__(self) -> None:
+        self._model: Any = None
+        self._seen: dict[int, tuple[Any, ...]] = {}
+
+    def watch(self) -> None:
+        """Note the cameras that are drawn, with a copy of a state."""
+        from simx_server.sensors.opengl.renderer import OpenGLRenderer
+
+        draw = OpenGLRenderer.render_both
+
+        @functools.wraps(draw)
+        def noted(renderer: Any, data: Any, view: Any, *others: Any) -> Any:
+            if self._model is not renderer._model:
+                self._model, self._seen = renderer._model, {}
+            if view.camera_id not in self._seen:
+                self._seen[view.camera_id] = view.width, view.height, copy.copy(data)
+            return draw(renderer, data, view, *others)
+
+        OpenGLRenderer.render_both = noted
+
+    def seconds(self, rounds: int) -> float:
+        """Return the processors' time of a round of all images."""
+        from simx_server.sensors.opengl.backend import choose_backend, make_gl_context
+
+        context = make_gl_context(choose_backend().name, 16, 16)
+        context.make_current()
+        model, free = self._model, mujoco.MjvCamera()
+        model.vis.quality.offsamples = model.vis.quality.shadowsize = 0
+        drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, drawing)
+        scene, option = mujoco.MjvScene(model, 1000), mujoco.MjvOption()
+        scene.flags[:] = 0
+        scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = 1
+        free.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        began = 0.0
+        for number in range(-1, rounds):
+            began = time.process_time() if number == 0 else began
+            for camera, (width, height, data) in self._seen.items():
+                free.fixedcamid = camera
+                rect = mujoco.MjrRect(0, 0, width, height)
+                mujoco.mjv_updateScene(
+                    model, data, option, None, free, mujoco.mjtCatBit.mjCAT_ALL.value, scene
+                )
+                mujoco.mjr_render(rect, scene, drawing)
+                colours, depth = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
+                mujoco.mjr_readPixels(colours, depth, rect, drawing)
+        took = time.process_time() - began
+        drawing.free()
+        context.free()
+        return took / rounds
+
+
 def observed(*, has_clouds: bool) -> Any:
     """Return what RLBench observes: everything, in images of `SIZE`."""
     from rlbench.observation_config import ObservationConfig
@@ -102,7 +161,8 @@ def run(steps: int, *, with_parts: bool, has_clouds: bool) -> None:
     from rlbench.environment import Environment
     from rlbench.tasks import ReachTarget
 
-    parts = Parts()
+    parts, bound = Parts(), Bound()
+    bound.watch()
     if with_parts:
         watch_parts(parts)
     mode = MoveArmThenGripper(JointVelocity(), Discrete())
@@ -123,6 +183,7 @@ def run(steps: int, *, with_parts: bool, has_clouds: bool) -> None:
         clock, processor = time.perf_counter() - clock, time.process_time() - processor
         thread = time.thread_time() - thread
         parts.is_on = False
+        alone = bound.seconds(steps)
     finally:
         environment.shutdown()
     print(f"{'part':48} {'calls':>6} {'clock':>8} {'thread':>8}")
@@ -130,6 +191,7 @@ def run(steps: int, *, with_parts: bool, has_clouds: bool) -> None:
     each, worked, own = (1000 * seconds / steps for seconds in (clock, processor, thread))
     print(f"a step: {each:.1f} ms by the clock, {1000 / each:.0f} steps a second")
     print(f"processors: {worked:.1f} ms, of which {own:.1f} ms in the program's thread")
+    print(f"MuJoCo alone: {1000 * alone:.1f} ms of the processors for the same images")
 
 
 def main() -> int:

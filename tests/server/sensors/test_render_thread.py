@@ -663,6 +663,7 @@ def together(asker: Asker, views: list[CameraView], alone: list[CameraImage]) ->
     """Ask for all views of a new version at once; return whether the images are the known ones."""
     version = asker.data.time + 1.0
     made = [each.result(WAIT) for each in [asker.ask(version, view, depth=True) for view in views]]
-    assert all(np.array_equal(one.rgb, other.rgb) for one, other in zip(made, alone, strict=True))
-    assert all(np.array_equal(one.depth, other.depth) for one, other in zip(made, alone, strict=True))
+    for one, other in zip(made, alone, strict=True):
+        for channel in ("rgb", "depth"):
+            assert np.array_equal(getattr(one, channel), getattr(other, channel))
     return True

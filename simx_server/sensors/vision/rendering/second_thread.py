@@ -1,9 +1,9 @@
 """A second thread that renders waiting images beside the render thread, in its own OpenGL context.
 
-Software OpenGL computes the vertices of an image in the thread that draws. So a program that reads several cameras in
-each step gets its images nearly twice as fast from two threads, where a second processor is free. The second context
-holds all meshes and textures again (20 MB for an arm on a table), so the thread ends some seconds after it was last
-needed.
+Software OpenGL computes the vertices of an image, two thirds of its work, in the thread that draws. So a program that
+reads several cameras in each step gets its images sooner from two threads, where a second processor is free. The second
+context holds all meshes and textures again (20 MB for an arm on a table), so the thread ends some seconds after it was
+last needed.
 """
 
 from __future__ import annotations
