@@ -34,6 +34,7 @@ from simx_server.parts.origins import Origins
 from simx_server.parts.parameters import Parameters
 from simx_server.parts.particles import Particles
 from simx_server.parts.paths.paths import Paths
+from simx_server.parts.plugin_infos import PluginInfos
 from simx_server.parts.selection import Selection
 from simx_server.parts.shape_colors import ShapeColors
 from simx_server.parts.status_bar import StatusBar
@@ -197,6 +198,7 @@ def build_world(
         drawings=DrawingObjects(sim),
         instances=Instances(sim),
         particles=Particles(sim),
+        plugin_infos=PluginInfos(),
         graphs=Graphs(sim, proximity, meters),
         trials=trials,
         kept_models=KeptModels(),
@@ -243,6 +245,7 @@ def build_world(
         world.drawings,
         world.instances,
         world.particles,
+        world.plugin_infos,
         UnresetModels(sim),
         ImportLog(),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Generator, Mapping
 from contextlib import AbstractContextManager, contextmanager
@@ -9,6 +10,9 @@ from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 from simx_client.protocol import constants
+from simx_server.constant_tables import TABLES
+from simx_server.parts.plugin_infos import BAR_LEVEL, CONSOLE_LEVEL
+from simx_server.parts.status_bar import as_log_line
 from simx_server.scripting.interpreter import Constant, Function, ScriptError
 
 from .effects import Effect
@@ -16,6 +20,11 @@ from .effects import Effect
 if TYPE_CHECKING:
     from simx_server.scripting.script import Script
     from simx_server.world.world import World
+
+logger = logging.getLogger(__name__)
+
+_NOTE: int = TABLES["verbosity_warnings"]
+"""The level of notes on what a function does not do."""
 
 HANDLE_SELF = constants.sim_handle_self
 
@@ -41,6 +50,9 @@ class ApiPart:
 
     CONSTANTS: ClassVar[Mapping[str, Constant]] = {}
     """Constants of the topic by their names in the namespace."""
+
+    PLUGIN: ClassVar[str] = ""
+    """Name of the plug-in whose functions they are."""
 
     common_effect: ClassVar[Effect | None] = None
     """The effect of the functions of this class that declare none themselves."""
@@ -75,8 +87,15 @@ class ApiPart:
         return partial(interpreter.call, callback)
 
     def _say_once(self, text: str) -> None:
-        """Print a line to the status bar, and so to the log, unless a script of this scene has caused it before."""
-        self._world.scripts.say_once(text)
+        """Print a line to the status bar, and so to the log, unless a script of this scene has caused it before.
+
+        Scripts choose how much a plug-in says.
+        """
+        infos, scripts = self._world.plugin_infos, self._world.scripts
+        if not self.PLUGIN or infos.shows(self.PLUGIN, BAR_LEVEL, _NOTE):
+            scripts.say_once(text)
+        elif infos.shows(self.PLUGIN, CONSOLE_LEVEL, _NOTE) and scripts.is_first(text):
+            logger.info("%s: %s", self.PLUGIN, as_log_line(text))
 
     def _wall_clock(self) -> float:
         """Return seconds since an arbitrary moment; a recording has them, and a replay repeats them."""

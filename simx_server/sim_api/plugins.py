@@ -6,7 +6,8 @@ from types import MappingProxyType
 from typing import Any
 
 import simx_server
-from simx_server.errors import Unsupported
+from simx_server.errors import CommandError, Unsupported
+from simx_server.parts.plugin_infos import BAR_LEVEL, CONSOLE_LEVEL, DATE, INFOS, VERSION, VERSION_TEXT
 
 from .base import ApiPart
 from .effects import reads, runs_code
@@ -25,9 +26,6 @@ PLUGINS = MappingProxyType(
 _CANNOT_LOAD = -3
 """V-REP's result for a plug-in that cannot be loaded."""
 
-_VERSION_TEXT, _DATE, _VERSION, _VERBOSITY, _BAR_VERBOSITY = range(5)
-"""sim.moduleinfo_*."""
-
 
 class PluginFunctions(ApiPart, effect="changes"):
     """Functions for plug-ins. The functions of IK, OMPL, RemoteApi, Vision and CustomUI are part of the server."""
@@ -37,11 +35,11 @@ class PluginFunctions(ApiPart, effect="changes"):
             f"{start}_{name}": number
             for start in ("moduleinfo", "plugininfo")
             for name, number in (
-                ("extversionstr", _VERSION_TEXT),
-                ("builddatestr", _DATE),
-                ("extversionint", _VERSION),
-                ("verbosity", _VERBOSITY),
-                ("statusbarverbosity", _BAR_VERBOSITY),
+                ("extversionstr", VERSION_TEXT),
+                ("builddatestr", DATE),
+                ("extversionint", VERSION),
+                ("verbosity", CONSOLE_LEVEL),
+                ("statusbarverbosity", BAR_LEVEL),
             )
         }
     )
@@ -86,8 +84,13 @@ class PluginFunctions(ApiPart, effect="changes"):
 
     @reads
     def getModuleInfo(self, name: int | str, what: int) -> str | int:
-        """Return version, date or verbosity (sim.moduleinfo_*) of a plug-in by name or handle."""
-        self._known(name)
+        """Return version, date or verbosity (sim.moduleinfo_*) of a plug-in by name or handle, as it was set."""
+        plugin = self._known(name)
+        if what not in INFOS:
+            raise Unsupported(f"{what} is no information on a plug-in; those are 0 to {len(INFOS) - 1}")
+        found = self._world.plugin_infos.get(plugin, what)
+        if found is not None:
+            return found
         match what:
             case 0:
                 return simx_server.__version__
@@ -95,16 +98,24 @@ class PluginFunctions(ApiPart, effect="changes"):
                 return ""
             case 2:
                 return _version()
-            case 3 | 4:
-                return 0
+            case 3:
+                return self._script.console_verbosity
             case _:
-                raise Unsupported(f"{what} is no information on a plug-in; those are 0 to 4")
+                return self._script.bar_verbosity
 
     getPluginInfo = getModuleInfo
 
-    def setModuleInfo(self, name: int | str, _what: int, _value: Any) -> int:
-        """Return 1. Stand-in: the verbosity of a plug-in is not separate from the server's log."""
-        self._known(name)
+    def setModuleInfo(self, name: int | str, what: int, value: int | str) -> int:
+        """Set information on a plug-in (sim.moduleinfo_*) and return 1. With a verbosity below sim.verbosity_warnings
+        its notes do not come to the log or the status bar; sim.verbosity_useglobal shows them.
+        """
+        plugin = self._known(name)
+        wanted = INFOS.get(what)
+        if wanted is None:
+            raise CommandError(f"{what} is no information on a plug-in; those are 0 to {len(INFOS) - 1}")
+        if type(value).__name__ != wanted:
+            raise CommandError(f"information {what} on a plug-in is of the type {wanted}")
+        self._world.plugin_infos.put(plugin, what, value)
         return 1
 
     setPluginInfo = setModuleInfo
@@ -121,11 +132,13 @@ class PluginFunctions(ApiPart, effect="changes"):
         )
         return _CANNOT_LOAD
 
-    def _known(self, name: int | str) -> None:
+    def _known(self, name: int | str) -> str:
+        """Return the namespace of a plug-in by a name or its handle. Raises Unsupported."""
         if isinstance(name, int) and 0 <= name < len(PLUGINS):
-            return
+            return list(PLUGINS.values())[name]
         if not isinstance(name, str) or not self.isPluginLoaded(name):
             raise Unsupported(f"there is no plug-in {name!r}; plug-ins here are {', '.join(PLUGINS)}")
+        return PLUGINS.get(name, name)
 
 
 def _version() -> int:

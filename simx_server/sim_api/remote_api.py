@@ -20,6 +20,8 @@ _NOT_THERE, _OFFERED = -1, 0
 class RemoteApiNamespace(ApiPart, effect="changes"):
     """The functions of ``simRemoteApi``."""
 
+    PLUGIN = "simRemoteApi"
+
     def start(
         self, port: int, _max_packet_size: int = 1300, _debug: bool = False, _pre_enable_trigger: bool = False
     ) -> int:

@@ -32,6 +32,7 @@ from simx_server.parts.origins import Origins
 from simx_server.parts.parameters import Parameters
 from simx_server.parts.particles import Particles
 from simx_server.parts.paths.paths import Paths
+from simx_server.parts.plugin_infos import PluginInfos
 from simx_server.parts.selection import Selection
 from simx_server.parts.shape_colors import ShapeColors
 from simx_server.parts.status_bar import StatusBar
@@ -105,6 +106,7 @@ class World:
     drawings: DrawingObjects
     instances: Instances
     particles: Particles
+    plugin_infos: PluginInfos
     graphs: Graphs
     trials: Trials
     kept_models: KeptModels

@@ -3159,13 +3159,19 @@ class Sim(SimConstants):
     def unloadPlugin(self, handle: int, /) -> int:
         """Return 0: the plug-ins are part of the server and stay."""
     def getModuleInfo(self, name: int | str, what: int, /) -> Any:
-        """Return version, date or verbosity (sim.moduleinfo_*) of a plug-in by name or handle."""
+        """Return version, date or verbosity (sim.moduleinfo_*) of a plug-in by name or handle, as it was
+        set."""
     def getPluginInfo(self, name: int | str, what: int, /) -> Any:
-        """Return version, date or verbosity (sim.moduleinfo_*) of a plug-in by name or handle."""
-    def setModuleInfo(self, name: int | str, what: int, value: Any, /) -> int:
-        """Return 1. Stand-in: the verbosity of a plug-in is not separate from the server's log."""
-    def setPluginInfo(self, name: int | str, what: int, value: Any, /) -> int:
-        """Return 1. Stand-in: the verbosity of a plug-in is not separate from the server's log."""
+        """Return version, date or verbosity (sim.moduleinfo_*) of a plug-in by name or handle, as it was
+        set."""
+    def setModuleInfo(self, name: int | str, what: int, value: int | str, /) -> int:
+        """Set information on a plug-in (sim.moduleinfo_*) and return 1. With a verbosity below
+        sim.verbosity_warnings its notes do not come to the log or the status bar; sim.verbosity_useglobal
+        shows them."""
+    def setPluginInfo(self, name: int | str, what: int, value: int | str, /) -> int:
+        """Set information on a plug-in (sim.moduleinfo_*) and return 1. With a verbosity below
+        sim.verbosity_warnings its notes do not come to the log or the status bar; sim.verbosity_useglobal
+        shows them."""
     def sendModuleMessage(self, message: int, values: Any = None, text: Any = None, /) -> int:
         """Return -1: no plug-in receives messages."""
     def launchExecutable(self, file: str, arguments: str | None = '', shown: int | None = 1, /) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import IntEnum
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import mujoco
@@ -121,10 +121,13 @@ def _candidates(corners: Points, points: Points) -> Iterator[Points]:
         # The exact direction is that of one of the faces.
         across = units[np.flatnonzero(number.reshape(-1) == place)[0]]
         start = np.eye(3)[int(np.argmin(np.abs(across)))]
-        first: Points = np.cross(across, start)
-        first /= np.linalg.norm(first)
-        second = np.cross(across, first)
+        first = _unit(np.cross(across, start))
+        second = _unit(np.cross(across, first))
         flat = np.stack([points @ first, points @ second], axis=1)
         angle = np.radians(cv2.minAreaRect(flat.astype(np.float32))[2])
-        one: Points = np.cos(angle) * first + np.sin(angle) * second
-        yield np.stack([across, one, np.cross(across, one)])
+        one = _unit(np.cos(angle) * first + np.sin(angle) * second)
+        yield np.stack([across, one, _unit(np.cross(across, one))])
+
+
+def _unit(vector: NDArray[Any]) -> Points:
+    return np.asarray(vector / np.linalg.norm(vector), np.float64)

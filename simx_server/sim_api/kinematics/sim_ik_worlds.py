@@ -48,6 +48,8 @@ _Judge = Callable[[list[float]], bool]
 class SimIk(IkJointFunctions, effect="changes"):
     """All functions of ``simIK``."""
 
+    PLUGIN = "simIK"
+
     def getObjectHandle(self, environment: int, name: str) -> int:
         for handle, known in self._environment(environment).own.all().items():
             if known.name == name:

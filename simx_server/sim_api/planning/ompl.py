@@ -84,6 +84,8 @@ _FARTHEST = 1e6
 class OmplFunctions(OmplGoals, OmplSpaces, OmplDrawing, effect="changes"):
     """All functions of ``simOMPL``."""
 
+    PLUGIN = "simOMPL"
+
     CONSTANTS = MappingProxyType(
         {
             "Algorithm": dict(ALGORITHMS),

@@ -21,3 +21,5 @@ class SimUi(
     UiDialogFunctions,
 ):
     """All functions of ``simUI``, for one script."""
+
+    PLUGIN = "simUI"

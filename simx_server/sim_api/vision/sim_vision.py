@@ -164,6 +164,8 @@ class SimVision(VelodyneFunctions, ComposedImageFunctions, ImageFilters, effect=
     sysCall_vision.
     """
 
+    PLUGIN = "simVision"
+
     def binaryWorkImg(
         self,
         sensor: int,

@@ -46,3 +46,36 @@ def test_a_plug_in_has_the_servers_version(world: ScriptWorld) -> None:
     assert world.value("sim.sendModuleMessage(0, {}, '')") == -1
     world.goes_on("sim.getModuleInfo('ROS', 0)", "no plug-in 'ROS'; plug-ins here are IK, OMPL")
     world.goes_on("sim.getModuleInfo('IK', 9)", "those are 0 to 4")
+
+
+def test_what_a_script_sets_about_a_plugin_is_returned_until_another_scene(world: ScriptWorld) -> None:
+    ask = "sim.getPluginInfo('simVision', sim.plugininfo_{})"
+    world.lua("sim.setPluginInfo('simVision', sim.plugininfo_builddatestr, 'today')")
+    world.lua("sim.setPluginInfo('Vision', sim.plugininfo_extversionint, 7)")
+    assert world.value(ask.format("builddatestr")) == "today"
+    assert world.value(ask.format("extversionint")) == 7
+    world.fails(
+        "sim.setPluginInfo('simVision', sim.plugininfo_verbosity, 'x')", "3 on a plug-in is of the type int"
+    )
+    world.fails("sim.setPluginInfo('simVision', 9, 1)", "those are 0 to 4")
+    world.call("simxStopSimulation")
+    world.parts.plugin_infos.scene_changed()
+    assert world.parts.plugin_infos.get("simVision", 1) is None
+
+
+def test_a_plugin_says_no_more_than_a_script_allows(
+    world: ScriptWorld, caplog: pytest.LogCaptureFixture
+) -> None:
+    create = "simUI.create('<ui><{}/></ui>')"
+    note = "these widgets are kept and not shown: {}"
+    caplog.set_level("INFO")
+    world.lua("sim.setPluginInfo('simUI', sim.plugininfo_statusbarverbosity, sim.verbosity_errors)")
+    world.lua(create.format("datetime"))
+    assert not any(note.format("datetime") in line for line in world.parts.status_bar.messages)
+    assert note.format("datetime") in caplog.text
+    world.lua("sim.setPluginInfo('simUI', sim.plugininfo_verbosity, sim.verbosity_none)")
+    world.lua(create.format("webview"))
+    assert "webview" not in caplog.text
+    world.lua("sim.setPluginInfo('simUI', sim.plugininfo_statusbarverbosity, sim.verbosity_useglobal)")
+    world.lua(create.format("dataflow"))
+    assert note.format("dataflow") in world.parts.status_bar.messages[-1]
