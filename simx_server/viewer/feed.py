@@ -42,7 +42,7 @@ from simx_server.history import History
 from simx_server.history.going_on import go_on
 from simx_server.joints.parameters import CONTROL_MODE
 from simx_server.parts.add_ons import Functions, Results
-from simx_server.parts.drawing import LINES
+from simx_server.parts.drawing import LINES, SPHERES
 from simx_server.scene.editing.model_state import get_state
 from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
@@ -268,6 +268,7 @@ class Feed(Part):
         tree = self._tree_version()
         drawings = (self._world.drawings.version + self._world.paths.version) & 0x7FFFFFFF
         is_carried = self._world.drawings.are_carried or bool(self._world.paths.handles())
+        is_carried = is_carried or self._world.particles.has_work
         is_drawn_anew = drawings != known_drawings or is_carried
         pace = self._world.parameters.pace
         return {
@@ -382,7 +383,19 @@ class Feed(Part):
             }
             for handle, items in self._world.paths.lines(_MOST_ITEMS)
         ]
-        return drawn_by_scripts + paths
+        # Above 2^30 no object and no drawing object has a handle.
+        particles: list[Drawing] = [
+            {
+                "handle": (1 << 30) + handle,
+                "flags": SPHERES,
+                "size": float(each.sizes.mean()),
+                "color": each.color,
+                "points": 1,
+                "items": each.places.tolist(),
+            }
+            for handle, each in self._world.particles.shown(_MOST_ITEMS)
+        ]
+        return drawn_by_scripts + paths + particles
 
     # --- one step --------------------------------------------------------------------------------
 

@@ -132,6 +132,7 @@ class World:
             "moved surfaces arrive",
             lambda world: world.simulation.surfaces.has_work and world.simulation.surfaces.finish,
         ),
+        ("particles", lambda world: world.particles.has_work and world.particles.move),
         ("applied forces end", lambda world: world.applied_forces.has_work and world.applied_forces.clear),
         ("velocities of objects", lambda world: world.velocities.store),
         ("velocities of joints", lambda world: world.simulation.measure_joints),

@@ -3019,12 +3019,15 @@ class Sim(SimConstants):
         """Return 1 if any of the points lies in a filled voxel, else 0; of a single point then also the tag
         of its voxel, and its location as V-REP's number of 64 bits: the lower and the upper 32. `options`: 1
         points are in its frame, not in the world."""
-    def addParticleObject(self, kind: int, size: _Float, density: _Float, parameters: _Floats | None = None, seconds: _Float | None = 0.0, most: int | None = 0, ambient: _Floats | None = None, specular: _Floats | None = None, emission: _Floats | None = None, /) -> int:
-        """Add a particle object and return its handle. Stand-in: its particles are neither drawn nor moved,
-        and push nothing."""
+    def addParticleObject(self, kind: int, size: _Float, density: _Float, parameters: _Floats | None = None, seconds: _Float | None = 0.0, most: int | None = 0, color: _Floats | None = None, specular: _Floats | None = None, emission: _Floats | None = None, /) -> int:
+        """Add a particle object and return its handle. `kind`: a sim.particle_* plus flags; `size`: diameter
+        (m); `density`: kg/m³; `parameters`: pairs of a number and a value, 5 to 8 drag; `seconds`: lifetime
+        of a particle, 0 any; `most`: particles. Viewers of the scene display them. Gravity and drag move
+        them. Partly: they push nothing and nothing stops them, all of an object have its colour, and images
+        of vision sensors do not show them."""
     def addParticleObjectItem(self, handle: int, item: _Floats | None = None, /) -> int:
-        """Add a particle: start, a point a second later, and what its kind says; nil removes all. Stand-in:
-        as sim.addParticleObject."""
+        """Add a particle: start, a point a second later, and what its kind says; nil removes all. Return 1,
+        or 0 if the object is full. Partly: as sim.addParticleObject."""
     def removeParticleObject(self, handle: int, /) -> int:
         """Remove a particle object, or all with sim.handle_all."""
     def callScriptFunction(self, function: int | str, script: int | str, /, *values: Any) -> Any:
