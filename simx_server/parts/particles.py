@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 _BASE, _KINDS = 6, 5
 """Numbers of each particle: start and a second point, whose difference is the velocity; kinds of particles."""
 
-_RESPONDABLE = c.sim_particle_respondable1to4 | c.sim_particle_respondable5to8
-_RESPONDABLE |= c.sim_particle_particlerespondable
+_RESPONDABLE = (
+    c.sim_particle_respondable1to4 | c.sim_particle_respondable5to8 | c.sim_particle_particlerespondable
+)
 _FIRST_HANDLE = 1
 
 MOST = 10_000

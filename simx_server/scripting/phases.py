@@ -264,6 +264,9 @@ class Phases:
         self._watched = scripts
         self._watch_idle()
         self._guards = [script for script in scripts if script.has(BEFORE)]
+        for script in scripts:
+            if script.changes is None and script.watch_all is not None and script.has(EVENT):
+                script.changes = script.watch_all()
         self._joints.watch(scripts)
         self._vision.watch(scripts)
         self._physics.watch(scripts)

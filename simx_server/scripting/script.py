@@ -168,6 +168,9 @@ class Script:
     changes: Callable[[], Sequence[bytes]] | None = None
     """Returns events for what has changed since its last call, if the script watches anything."""
 
+    watch_all: Callable[[], Callable[[], Sequence[bytes]]] | None = None
+    """Starts to watch everything, for a script that receives events and has chosen nothing; returns `changes`."""
+
     problem: str = ""
     """Reason why it was stopped, if an error stopped it."""
 
@@ -248,7 +251,7 @@ class Script:
         self.has_thread = False
         self.scheduled.clear()
         self.events.clear()
-        self.changes = None
+        self.changes = self.watch_all = None
         interpreter, self.interpreter = self.interpreter, None
         if interpreter is not None:
             interpreter.close()

@@ -3139,8 +3139,8 @@ class Sim(SimConstants):
         `options`: it replaces an equal event that still waits."""
     def setEventFilters(self, filters: Mapping[Any, Any] | Sequence[Any] | _Array | None = None, /) -> None:
         """Choose the properties whose changes this script gets: {[handle] = {names}}; no names mean all
-        properties. The handle may be sim.handle_scene, sim.handle_app or sim.handle_sceneobject; no handles
-        end it. Partly: without filters a script gets no changes, in CoppeliaSim all."""
+        properties. The handle may be sim.handle_scene, sim.handle_app or sim.handle_sceneobject. No handles
+        mean those of the scene and of all objects, as without this call."""
     def getGenesisEvents(self) -> bytes:
         """Return the events that would make this scene, as CBOR: ``objectAdded`` with the properties of each
         object, and ``sceneChanged`` and ``appChanged`` with those of the scene and the server. Large ones are

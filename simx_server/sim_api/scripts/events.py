@@ -16,10 +16,14 @@ from simx_server.sim_api.properties.access import Target
 from simx_server.sim_api.values.cbor import encode
 
 if TYPE_CHECKING:
+    from simx_server.scripting.script import Script
     from simx_server.world.world import World
 
 _ALL_OBJECTS = -16
 """`sim.handle_sceneobject`: in a filter, every object."""
+
+_NAMES = {SCENE: "sceneChanged", APPLICATION: "appChanged"}
+"""Events for changes of what is no object."""
 
 _MERGED = 1
 """Bit 0 of the options of sim.pushUserEvent."""
@@ -57,16 +61,25 @@ class EventFunctions(ApiPart, effect="changes"):
                 script.events[key] = encode({**known, "data": data})
         self._sim.replan()
 
+    def __init__(self, world: World, script: Script) -> None:
+        super().__init__(world, script)
+        script.watch_all = self._watch_all
+
     def setEventFilters(self, filters: dict[Any, Any] | list[Any] | None = None) -> None:
         """Choose the properties whose changes this script gets: {[handle] = {names}}; no names mean all properties.
-        The handle may be sim.handle_scene, sim.handle_app or sim.handle_sceneobject; no handles end it.
-
-        Partly: without filters a script gets no changes, in CoppeliaSim all.
+        The handle may be sim.handle_scene, sim.handle_app or sim.handle_sceneobject. No handles mean those of the scene
+        and of all objects, as without this call.
         """
         wanted = _wanted(filters)
         watch = _Watch(self._world, self._signal_owner, wanted, self._say_once) if wanted else None
-        self._script.changes = watch and watch.changes
+        self._script.changes = self._watch_all() if watch is None else watch.changes
         self._sim.replan()
+
+    def _watch_all(self) -> Callable[[], Sequence[bytes]]:
+        """Watch the scene and all objects, and return what gives their changes."""
+        wanted: dict[int, Sequence[str]] = {SCENE: (), _ALL_OBJECTS: ()}
+        watch = _Watch(self._world, self._signal_owner, wanted, self._say_once, is_lazy=True)
+        return watch.changes
 
     @reads
     def getGenesisEvents(self) -> bytes:
@@ -74,11 +87,10 @@ class EventFunctions(ApiPart, effect="changes"):
         and ``sceneChanged`` and ``appChanged`` with those of the scene and the server. Large ones are left out.
         """
         targets = [APPLICATION, SCENE, *self._sim.scene.objects]
-        names = {SCENE: "sceneChanged", APPLICATION: "appChanged"}
         events: list[Plain] = []
         for handle in targets:
             values = _values(Target(self._world, handle, self._signal_owner), ())
-            events.append(_event(self._world, names.get(handle, "objectAdded"), handle, values))
+            events.append(_event(self._world, _NAMES.get(handle, "objectAdded"), handle, values))
         return encode(events)
 
 
@@ -86,12 +98,22 @@ class _Watch:
     """Compares properties with those of the last time."""
 
     def __init__(
-        self, world: World, owner: object, wanted: Mapping[int, Sequence[str]], say: Callable[[str], None]
+        self,
+        world: World,
+        owner: object,
+        wanted: Mapping[int, Sequence[str]],
+        say: Callable[[str], None],
+        *,
+        is_lazy: bool = False,
     ) -> None:
-        """Read them for the first time. Raises CommandError: they are too many."""
+        """Read them for the first time; a lazy one does it when it is asked first.
+
+        Raises:
+            CommandError: they are too many.
+        """
         self._world, self._owner, self._say = world, owner, say
         self._wanted: Mapping[int, Sequence[str]] = wanted
-        self._known = self._read()
+        self._known: dict[int, dict[str, Any]] | None = None if is_lazy else self._read()
 
     def changes(self) -> list[bytes]:
         """Return an event for each target with properties that have changed; none any more once they are too many."""
@@ -102,13 +124,16 @@ class _Watch:
             self._wanted = {}
             self._known = {}
             return []
+        known, self._known = self._known, now
         found: list[bytes] = []
+        if known is None:
+            return found
         for handle, values in now.items():
-            before = self._known.get(handle, {})
+            before = known.get(handle, {})
             changed = {name: value for name, value in values.items() if before.get(name, self) != value}
             if changed:
-                found.append(encode(_event(self._world, "objectChanged", handle, changed)))
-        self._known = now
+                name = _NAMES.get(handle, "objectChanged")
+                found.append(encode(_event(self._world, name, handle, changed)))
         return found
 
     def _read(self) -> dict[int, dict[str, Any]]:

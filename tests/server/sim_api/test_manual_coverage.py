@@ -30,7 +30,7 @@ def support(space: str) -> dict[str, str]:
 @pytest.mark.parametrize(
     ("file", "full", "full_or_partly"),
     [
-        ("sim", 0.85, 0.92),
+        ("sim", 0.92, 1.0),
         ("sim_older", 0.8, 0.9),
         ("simIK", 0.8, 0.92),
         ("simOMPL", 0.9, 0.98),

@@ -42,10 +42,29 @@ def test_only_changes_of_the_chosen_properties_arrive() -> None:
     evaluate(world, f"return sim.setObjectAlias({leaf}, 'other')")
     world.parts.step()
     assert said(world) == [f"objectChanged, {leaf}, alias"]
-    evaluate(world, "return sim.setEventFilters({})")
+
+
+def test_without_filters_all_changes_arrive() -> None:
+    world = listening()
+    leaf = world.handle("leaf")
+    world.parts.step()
+    said(world)
     world.call("simxSetObjectPosition", leaf, -1, [0.0, 0.0, 2.0])
     world.parts.step()
+    lines = said(world)
+    (line,) = [line for line in lines if line.startswith(f"objectChanged, {leaf},")]
+    assert {"absPose", "pose", "position"} <= set(line.split(", ")[2].split())
+    assert any(line.startswith("sceneChanged,") and "simulationTime" in line for line in lines)
+    evaluate(world, f"return sim.setEventFilters({{[{leaf}] = {{'alias'}}}})")
+    world.call("simxSetObjectPosition", leaf, -1, [0.0, 0.0, 3.0])
+    world.parts.step()
     assert said(world) == []
+    evaluate(world, "return sim.setEventFilters({})")
+    world.parts.step()
+    said(world)
+    world.call("simxSetObjectPosition", leaf, -1, [0.0, 0.0, 4.0])
+    world.parts.step()
+    assert any(f"objectChanged, {leaf}" in line for line in said(world))
 
 
 def test_a_filter_for_all_objects_reports_each_that_changes() -> None:
@@ -60,6 +79,7 @@ def test_a_filter_for_all_objects_reports_each_that_changes() -> None:
 
 def test_events_of_a_script_reach_all_that_listen() -> None:
     world = listening()
+    evaluate(world, f"return sim.setEventFilters({{[{world.handle('leaf')}] = {{'alias'}}}})")
     for options in (0, 0, 1, 1):
         evaluate(world, f"return sim.pushUserEvent('mine', -1, -1, {{a = 1, b = 2}}, {options})", on="plain")
     world.parts.step()
