@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from enum import IntFlag
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -77,6 +77,24 @@ class EnvironmentGroup:
         return [element for element in self.elements.values() if element.enabled]
 
 
+@dataclass(frozen=True)
+class Kept:
+    """Differences of an environment from the scene, by handle."""
+
+    poses: dict[int, Pose]
+    values: dict[int, float]
+    """Positions of joints, rad or m."""
+    intervals: dict[int, tuple[bool, float, float]]
+    steps: dict[int, float]
+    margins: dict[int, float]
+    weights: dict[int, float]
+
+    def by_joint(self) -> dict[str, dict[int, Any]]:
+        """Return by name what belongs to joints."""
+        names = ("values", "intervals", "steps", "margins", "weights")
+        return {name: getattr(self, name) for name in names}
+
+
 class Environment:
     """One environment."""
 
@@ -108,6 +126,22 @@ class Environment:
             if name not in ("_sim", "_scratch", "own"):
                 setattr(twin, name, deepcopy(value))
         return twin
+
+    @classmethod
+    def like(cls, other: Environment) -> Environment:
+        """Return an empty environment of the same scene."""
+        return cls(other._sim)
+
+    def become(self, other: Environment) -> None:
+        """Take over the content of another environment, which is not used any more."""
+        self.own.copy_from(other.own)
+        for name, value in vars(other).items():
+            if name not in ("_sim", "_scratch", "own"):
+                setattr(self, name, value)
+
+    def kept(self) -> Kept:
+        """Return what differs from the scene; changes of it are changes of the environment."""
+        return Kept(self._poses, self._values, self._intervals, self.steps, self.margins, self.weights)
 
     def joint_position(self, joint: int) -> float:
         """Return the position of a joint, rad or m.

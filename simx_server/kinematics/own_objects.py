@@ -61,6 +61,22 @@ class OwnObjects:
         """Take over copies of another environment's objects, with their handles."""
         self._objects, self._next = deepcopy(other._objects), other._next
 
+    def put(self, objects: Mapping[int, OwnObject]) -> None:
+        """Take over objects with their handles.
+
+        Raises:
+            CommandError: a handle is not one of this environment, or objects lie below each other in a circle.
+        """
+        if any(handle < FIRST_HANDLE for handle in objects):
+            raise CommandError(f"objects of an environment have handles from {FIRST_HANDLE} on")
+        for start in objects:
+            above, seen = start, {start}
+            while (above := objects[above].parent if above in objects else WORLD) in objects:
+                if above in seen:
+                    raise CommandError(f"'{objects[start].name}' cannot lie below itself")
+                seen.add(above)
+        self._objects, self._next = dict(objects), max(objects, default=FIRST_HANDLE - 1) + 1
+
     def __contains__(self, handle: int) -> bool:
         return handle in self._objects
 

@@ -3759,6 +3759,11 @@ class SimIK(SimIKConstants):
     def duplicateEnvironment(self, environment: int, /) -> int:
         """Return the handle of a new environment with copies of everything in this one, with the same
         handles."""
+    def save(self, environment: int, /) -> bytes:
+        """Return an environment as a buffer: groups, elements, and what differs from the scene. The form is
+        this project's; objects of the scene are found by their paths when it is loaded."""
+    def load(self, environment: int, data: bytes | bytearray | str, /) -> None:
+        """Fill an empty environment with what simIK.save returned."""
     def eraseEnvironment(self, environment: int, /) -> None: ...
     def createGroup(self, environment: int, name: str | None = '', /) -> int: ...
     def createIkGroup(self, environment: int, name: str | None = '', /) -> int: ...

@@ -11,10 +11,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
-from simx_server.kinematics import Calculation, Element, Result, Solution
+from simx_server.kinematics import Calculation, Element, Result, Solution, saved_environments
 from simx_server.kinematics.environment import Environment, EnvironmentGroup, GroupFlag
 from simx_server.scripting.signature import to_int
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import reads
 
 from .ik import as_constraints, as_pair
 
@@ -100,6 +101,17 @@ class IkEnvironmentFunctions(ApiPart, effect="changes"):
         handle = max(self._environments) + 1
         self._environments[handle] = copy
         return handle
+
+    @reads
+    def save(self, environment: int) -> bytes:
+        """Return an environment as a buffer: groups, elements, and what differs from the scene. The form is this
+        project's; objects of the scene are found by their paths when it is loaded.
+        """
+        return saved_environments.save(self._environment(environment), self._sim.scene)
+
+    def load(self, environment: int, data: bytes) -> None:
+        """Fill an empty environment with what simIK.save returned."""
+        saved_environments.load(self._environment(environment), self._sim.scene, data)
 
     def eraseEnvironment(self, environment: int) -> None:
         self._environment(environment)

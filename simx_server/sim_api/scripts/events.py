@@ -23,7 +23,7 @@ _ALL_OBJECTS = -16
 """`sim.handle_sceneobject`: in a filter, every object."""
 
 _NAMES = {SCENE: "sceneChanged", APPLICATION: "appChanged"}
-"""Events for changes of what is no object."""
+"""Events for changes of the scene and the server themselves."""
 
 _MERGED = 1
 """Bit 0 of the options of sim.pushUserEvent."""
