@@ -18,6 +18,7 @@ from .common import COMMON
 from .field import Fields, Handle
 from .kinds.clouds import CLOUDS
 from .kinds.dummies import DUMMIES, FORCE_SENSORS
+from .kinds.graphs import GRAPHS
 from .kinds.joints import JOINTS
 from .kinds.paths import PATHS
 from .kinds.sensors import CAMERAS, LIGHTS, PROXIMITY_SENSORS, VISION_SENSORS
@@ -38,6 +39,7 @@ OF_KIND: Mapping[ObjectKind, Fields] = {
     ObjectKind.PATH: PATHS,
     ObjectKind.OCTREE: CLOUDS,
     ObjectKind.POINT_CLOUD: CLOUDS,
+    ObjectKind.GRAPH: GRAPHS,
 }
 
 _ONLY_COMPARED = ("graph", "ros2")

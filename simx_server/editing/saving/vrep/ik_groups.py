@@ -64,7 +64,7 @@ def ik_group(
         numbers: those of groups by name.
 
     Raises:
-        NotInVrepFiles: a tip is no dummy of the file, or V-REP's groups have no such setting.
+        NotInVrepFiles: a tip is missing in the file, or V-REP's groups have no such setting.
     """
     group = parse_list(IK_GROUP, payload, writing.serialization)
     for key, what in (("margins", "margins from the limits of joints"), ("axes", "frames of constraints")):

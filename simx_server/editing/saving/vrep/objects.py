@@ -31,6 +31,7 @@ TAGS = {
     ObjectKind.LIGHT: "LGT",
     ObjectKind.OCTREE: "OCT",
     ObjectKind.POINT_CLOUD: "PTC",
+    ObjectKind.GRAPH: "GRH",
 }
 """Kinds of new objects that are written, and their tags."""
 

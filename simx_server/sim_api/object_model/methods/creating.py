@@ -7,7 +7,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, cast
 
+import mujoco
+
 from simx_client.protocol.nearest import did_you_mean
+from simx_server.editing.creating import add as add_object
 from simx_server.errors import CommandError
 from simx_server.parts.drawing import CYCLIC, ITEM_COLORS, LOCAL
 from simx_server.sim_api.object_model import targets
@@ -268,6 +271,13 @@ def _path(call: Call, fields: _Fields) -> int:
     return call.sim.createPath(poses, bits, 100, smooth)
 
 
+def _graph(call: Call, _fields: _Fields) -> int:
+    def build(spec: mujoco.MjSpec, name: str) -> None:
+        spec.worldbody.add_site(name=name, group=4)
+
+    return add_object(call.world, "Graph", "site", build, {"object": {"type": "graph"}})
+
+
 def _absent(what: str) -> Callable[[Call, _Fields], int]:
     def make(_call: Call, _fields: _Fields) -> int:
         raise CommandError(f"{what} cannot be made here: {_ABSENT[what]}")
@@ -278,7 +288,6 @@ def _absent(what: str) -> Callable[[Call, _Fields], int]:
 _ABSENT = {
     "camera": "cameras show views of a window; make a visionSensor",
     "light": "lights are written in the scene's MJCF",
-    "graph": "graphs come with the scene's file; a dummy of a name stands for one in API 1",
     "detachedScript": "add-ons are programs that the server's flag --add-on starts",
     "customSceneObject": "make a class of an object with makeClass, and objects with its makeObject",
 }
@@ -296,6 +305,7 @@ _MAKERS: Mapping[str, Callable[[Call, _Fields], int]] = {
     "marker": _marker,
     "collection": _collection,
     "path": _path,
+    "graph": _graph,
     "console": new_console,
     "textEditor": new_editor,
     **{what: _absent(what) for what in _ABSENT},

@@ -117,6 +117,7 @@ def test_meshes_take_points_as_columns(model: Model) -> None:
         ({"type": "ocTree", "voxelSize": 0.05}, "voxelSize", 0.05),
         ({"type": "marker", "marker.type": "cubes"}, "marker.type", "cubes"),
         ({"type": "collection"}, "objects", []),
+        ({"type": "graph"}, "bufferSize", 1000),
     ],
 )
 def test_objects_of_every_type_are_created(

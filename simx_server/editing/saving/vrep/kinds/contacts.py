@@ -1,6 +1,6 @@
 """Parameters of a shape's contacts, and their records: of the engine that the file chooses.
 
-Other engines than MuJoCo have a friction of their own, which counts together with that of the ground; see
+In other engines than MuJoCo the friction of a shape counts together with that of the ground; see
 `conversion/geometry/surfaces.py`. Only the friction is written for them.
 """
 

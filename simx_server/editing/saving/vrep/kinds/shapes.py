@@ -39,6 +39,7 @@ _PRIMITIVES = {
     int(_GEOM.mjGEOM_CYLINDER): Primitive.CYLINDER,
     int(_GEOM.mjGEOM_CAPSULE): Primitive.CAPSULE,
     int(_GEOM.mjGEOM_MESH): Primitive.MESH,
+    int(_GEOM.mjGEOM_HFIELD): Primitive.HEIGHT_FIELD,
 }
 
 
@@ -132,6 +133,9 @@ def _leaf(part: _Part, writing: Writing) -> RecordList:
         "Ppr", kind, *(np.ptp(local, axis=0) if kind != Primitive.MESH else np.zeros(3)).tolist()
     )
     leaf.put_numbers("Ppf", *position, *turn)
+    if kind == Primitive.HEIGHT_FIELD:
+        heights = _heights(model, part.geom)
+        leaf.put_list("Hfd", heights.shape[::-1], heights.ravel().tolist())
     if (texture := shape_looks.part_texture(model, part.geom)) is not None:
         use = RecordList("texture use", writing.serialization)
         use.put_numbers("Tob", writing.add_texture(texture.pixels), 0, 1.0, 1.0)
@@ -140,6 +144,15 @@ def _leaf(part: _Part, writing: Writing) -> RecordList:
     leaf.put_numbers("Gsa", 0.5, 0)
     leaf.put_numbers("Var", 0)
     return leaf
+
+
+def _heights(model: mujoco.MjModel, geom: int) -> NDArray[np.float64]:
+    """Return the heights (rows, columns) of a height field above its lowest point, in metres."""
+    number = int(model.geom_dataid[geom])
+    rows, columns = int(model.hfield_nrow[number]), int(model.hfield_ncol[number])
+    start = int(model.hfield_adr[number])
+    data = model.hfield_data[start : start + rows * columns].reshape(rows, columns)
+    return data.astype(np.float64) * float(model.hfield_size[number][2])
 
 
 def _quaternion(values: Any) -> tuple[float, float, float, float]:

@@ -137,6 +137,16 @@ class RecordList:
         )
         self._put_real_forms(tag, "array", single, double, is_exact=rounded == list(reals))
 
+    def put_list(self, tag: str, ints: Sequence[int], reals: Sequence[float]) -> None:
+        """Write a record of whole numbers and then as many reals as these say."""
+        rounded = list(map(_single, reals))
+        single, double = (
+            struct.pack(f"<{len(ints)}i{len(reals)}{letter}", *ints, *values)
+            for letter, values in (("f", rounded), ("d", reals))
+        )
+        form = RECORDS[self.name][tag]
+        self._put_real_forms(tag, form, single, double, is_exact=rounded == list(reals))
+
     @contextmanager
     def child(self, tag: str) -> Generator[RecordList]:
         """Give the list in the first record with this tag, new or not, and write it back."""

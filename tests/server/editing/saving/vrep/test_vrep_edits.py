@@ -6,6 +6,7 @@ import logging
 from collections.abc import Iterator
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 from saved_worlds import close_worlds
@@ -20,6 +21,7 @@ from simx_server.handlers.saving import save_model, save_scene
 from simx_server.scene.formats.archives.archive import is_archive_file
 from simx_server.scene.formats.vrep.recognising import is_vrep_file
 from simx_server.scene.formats.vrep.writing.top_level import top_records
+from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.placing import object_pose
 
 _MADE = (
@@ -260,13 +262,14 @@ def test_a_form_that_is_not_written_makes_an_archive_and_the_log_says_why(
     save_model(world.parts, handle(world, "base"), "base.ttm")
     assert is_vrep_file(folder / "plain.ttt")
     assert is_vrep_file(folder / "base.ttm")
-    world.do("setObjectName", world.do("createHeightfieldShape", 0, 0.0, 2, 2, 1.0, [0, 0, 0, 1]), "Hill")
-    with pytest.raises(NotInVrepFiles, match="the form of the shape"):
+    group = world.do("createIkGroup", 2, [0, 3], [0.0, 1.0, 0.01, 0.1])
+    world.do("createIkElement", group, 0, [handle(world, "tip"), -1, -1, 7])
+    with pytest.raises(NotInVrepFiles, match="margins from the limits of joints"):
         world.saved()
     with caplog.at_level(logging.WARNING):
         save_scene(world.parts, "more.ttt")
     assert is_archive_file(folder / "more.ttt")
-    assert "cannot have the form of the shape of 'Hill'" in caplog.text
+    assert "cannot have margins from the limits of joints of the group" in caplog.text
 
 
 def test_other_endings_are_other_forms(world: VrepWorld) -> None:
@@ -319,14 +322,6 @@ def test_groups_of_inverse_kinematics_that_were_made_and_changed(version: int, t
     assert found.restore == {"position"}
 
 
-def test_margins_of_a_group_make_an_archive(tmp_path: Path) -> None:
-    world = VrepWorld(arm_file(tmp_path / "made.ttt", 25))
-    group = world.do("createIkGroup", 2, [0, 3], [0.0, 1.0, 0.01, 0.1])
-    world.do("createIkElement", group, 0, [handle(world, "tip"), -1, -1, 7])
-    with pytest.raises(NotInVrepFiles, match="margins"):
-        world.saved()
-
-
 MATERIALS = {
     0: {"BuN": ([0.0, 0.7, 0.7, 0.0, 0.0, 0.0, 0.0], [0, 0])},
     1: {"OdN": ([0.7, 0.2, 0.0, 0.0, 0.0], [64])},
@@ -374,3 +369,36 @@ def test_a_bounce_that_other_engines_lack_makes_an_archive(tmp_path: Path) -> No
     world.do("setEngineFloatParam", 43004, handle(world, "base"), 0.5)
     with pytest.raises(NotInVrepFiles, match="only MuJoCo"):
         world.saved()
+
+
+def test_height_fields_that_were_made(world: VrepWorld, tmp_path: Path) -> None:
+    heights = [0.0, 0.1, 0.2, 0.05, 0.3, 0.1, 0.0, 0.2, 0.15, 0.1, 0.05, 0.0]
+    made = world.do("createHeightfieldShape", 0, 0.0, 4, 3, 2.0, heights)
+    world.do("setObjectPosition", made, -1, [3.0, 1.0, 0.4])
+    world.do("setObjectName", made, "hills")
+    again = world.reloaded(tmp_path / "again.ttt")
+    model, before = again.sim.model, world.sim.model
+    assert (int(model.hfield_nrow[0]), int(model.hfield_ncol[0])) == (3, 4)
+    np.testing.assert_allclose(model.hfield_data, before.hfield_data, atol=1e-6)
+    np.testing.assert_allclose(model.hfield_size[0][:3], before.hfield_size[0][:3], atol=1e-6)
+    (old,) = np.flatnonzero(before.geom_type == mujoco.mjtGeom.mjGEOM_HFIELD)
+    (new,) = (
+        geom
+        for geom in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_HFIELD)
+        if again.sim.scene.owner_of_geom(int(geom), model) == handle(again, "hills")
+    )
+    np.testing.assert_allclose(again.sim.data.geom_xpos[new], world.sim.data.geom_xpos[old], atol=1e-6)
+    kept = again.reloaded(tmp_path / "third.ttt")
+    assert changes(again, kept) == []
+
+
+def test_graphs_that_were_made(world: VrepWorld, tmp_path: Path) -> None:
+    made = world.do("callMethod", -12, "createObject", {"type": "graph"})["value"]
+    world.do("setObjectName", made, "plot")
+    world.do("setObjectPosition", made, -1, [1.0, 2.0, 0.5])
+    again = world.reloaded(tmp_path / "again.ttt")
+    assert again.sim.scene.objects[handle(again, "plot")].kind == ObjectKind.GRAPH
+    assert again.do("getObjectPosition", handle(again, "plot"), -1) == [1.0, 2.0, 0.5]
+    assert changes(world, again) == []
+    world.do("addGraphStream", made, "height", "m", 0, [1, 0, 0])
+    assert world.saved()  # a script adds its streams again
