@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
@@ -10,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.editing.creating import GREY
-from simx_server.editing.imported_meshes import Color, MeshPart
+from simx_server.editing.imported_meshes import MeshPart
 from simx_server.errors import CommandError
 from simx_server.files.image_files import Pixels, fitted
 from simx_server.scene.formats.meshes.naming import plain_name
 from simx_server.scene.formats.meshes.obj_materials import ObjMaterial, ObjUse, materials_used, read_materials
 from simx_server.scene.formats.meshes.parts import Part
-from simx_server.scene.formats.meshes.reading import COLORED
+from simx_server.scene.formats.meshes.reading import COLORED, by_material
 
 from .script_files import file_of_server, read_image, read_mesh, read_mesh_parts
 
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 _LARGEST_SIDE = 512
 """Pixels: V-REP makes larger textures of imported files smaller."""
-
-_MIRROR, _SHIFT = np.array([1.0, -1.0], np.float32), np.array([0.0, 1.0], np.float32)
 
 _LARGEST_LIBRARY = 1 << 20
 """Bytes of a library of materials."""
@@ -58,46 +57,16 @@ def parts_of_file(
         CommandError, SceneError: it is not a mesh file.
     """
     if PurePosixPath(path).suffix.lower() in COLORED:
-        read_parts = read_mesh_parts(world, path, turns=turns)
-        return _colored_parts(world, path, read_parts, scaling, with_colors, with_textures)
-    read = read_mesh(world, path)
-    points, faces = read.points * scaling, read.faces.astype(np.int64)
-    # MuJoCo turns the places of OBJ files upside down, as it does with images.
-    places = None if read.places is None else read.places * _MIRROR + _SHIFT
-    use, known = ObjUse("", ("",), np.zeros(len(faces), np.int64)), dict[str, ObjMaterial]()
-    if path.lower().endswith(".obj") and (with_colors or with_textures):
-        use = materials_used(file_of_server(world, path).read_bytes(), len(faces))
-        known = dict(_library(world, path, use.library))
-    parts: list[MeshPart] = []
-    texture = "texture"
-    for number, name in enumerate(use.names):
-        chosen = use.of_triangle == number
-        if not chosen.any():
-            continue
-        material = known.get(name, ObjMaterial())
-        pixels = None
-        if with_textures and material.image and places is not None:
-            pixels = _image(world, _beside(_beside(path, use.library), material.image))
-            texture = PurePosixPath(material.image).stem if not parts else texture
-        own_points, own_faces = _used(points, faces[chosen])
-        color = _color(material) if with_colors else GREY
-        own_places = None if pixels is None or places is None else places[chosen]
-        highlights = material.highlights if with_colors and name in known else None
-        parts.append(MeshPart(own_points, own_faces, color, highlights, own_places, pixels))
-    return parts, texture
-
-
-def _colored_parts(
-    world: World, path: str, found: list[Part], scaling: float, with_colors: bool, with_textures: bool
-) -> tuple[list[MeshPart], str]:
-    """Return what `parts_of_file` does, of the parts of a format with its own colours."""
+        found, folder = read_mesh_parts(world, path, turns=turns), path
+    else:
+        found, folder = _parts_of_materials(world, path, has_looks=with_colors or with_textures)
     parts: list[MeshPart] = []
     texture = "texture"
     for part in found:
         look, pixels = part.look, None
         if with_textures and look.image and part.coordinates is not None:
             image = plain_name(look.image)
-            pixels = _image(world, _beside(path, image))
+            pixels = _image(world, _beside(folder, image))
             texture = PurePosixPath(image).stem if not parts else texture
         color = (look.color if with_colors else None) or GREY
         coordinates = None if pixels is None else part.coordinates
@@ -106,15 +75,25 @@ def _colored_parts(
     return parts, texture
 
 
-def _used(
-    points: NDArray[np.float64], faces: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return the points that faces use, and the faces with their indices; MuJoCo takes four points at least."""
-    used, index = np.unique(faces, return_inverse=True)
-    kept = points[used]
+def _parts_of_materials(world: World, path: str, *, has_looks: bool) -> tuple[list[Part], str]:
+    """Return the parts of a file whose colours are in a library, if anywhere, and that library's path."""
+    read = read_mesh(world, path)
+    faces = read.faces.astype(np.int64)
+    use, known = ObjUse("", ("",), np.zeros(len(faces), np.int64)), dict[str, ObjMaterial]()
+    if path.lower().endswith(".obj") and has_looks:
+        use = materials_used(file_of_server(world, path).read_bytes(), len(faces))
+        known = dict(_library(world, path, use.library))
+    pieces = by_material(read.points, faces, read.places, use, known)
+    return [_with_used_points(each) for each in pieces if len(each.faces)], _beside(path, use.library)
+
+
+def _with_used_points(part: Part) -> Part:
+    """Return a part with the points that its faces use; MuJoCo takes four points at least."""
+    used, index = np.unique(part.faces, return_inverse=True)
+    kept = part.points[used]
     if len(kept) < 4:
         kept = np.vstack([kept, np.repeat(kept.mean(axis=0, keepdims=True), 4 - len(kept), axis=0)])
-    return kept, index.reshape(-1, 3).astype(np.int64)
+    return replace(part, points=kept, faces=index.reshape(-1, 3).astype(np.int64))
 
 
 def _library(world: World, path: str, name: str) -> Mapping[str, ObjMaterial]:
@@ -141,8 +120,3 @@ def _image(world: World, path: str) -> Pixels | None:
 def _beside(path: str, name: str) -> str:
     """Return the path of a file that another one names."""
     return str(PurePosixPath(path).parent / name)
-
-
-def _color(material: ObjMaterial) -> Color:
-    red, green, blue = material.color or GREY[:3]
-    return red, green, blue, material.opacity

@@ -14,7 +14,7 @@ from simx_server.scene.formats.sources import Sources
 
 from . import collada, polygons
 from .naming import beside, library_bytes
-from .obj_materials import ObjMaterial, library_of, materials_used, read_materials
+from .obj_materials import ObjMaterial, ObjUse, library_of, materials_used, read_materials
 from .parts import Look, Part, merged
 
 COLORED = (".dae", ".ply")
@@ -68,12 +68,31 @@ def read_parts(path: Path, name: str, sources: Sources, *, turns: bool = False) 
     points, faces, places = read_by_mujoco(data, path, name)
     if ending != ".obj":
         return merged([Part(points, faces)], name)
-    # MuJoCo turns the places of OBJ files upside down, as it does with images.
-    upwards = None if places is None else places * _MIRROR + _SHIFT
     use = materials_used(data, len(faces))
     library = beside(path, sources)(use.library)
     known = read_materials(b"" if library is None else library_bytes(library, sources))
-    pieces = [
+    return merged(by_material(points, faces, places, use, known), name)
+
+
+def by_material(
+    points: NDArray[np.float64],
+    faces: NDArray[np.int64],
+    places: NDArray[np.float32] | None,
+    use: ObjUse,
+    known: Mapping[str, ObjMaterial],
+) -> list[Part]:
+    """Return the triangles of an OBJ file by their materials; all parts have all points.
+
+    Args:
+        points: (n, 3).
+        faces: (m, 3) indices of points.
+        places: (m, 3, 2) u and v of the corners as MuJoCo reads them; None: the file has none.
+        use: which triangles have which material.
+        known: the materials of the file's library.
+    """
+    # MuJoCo turns the places of OBJ files upside down, as it does with images.
+    upwards = None if places is None else places * _MIRROR + _SHIFT
+    return [
         Part(
             points,
             faces[use.of_triangle == number],
@@ -82,7 +101,6 @@ def read_parts(path: Path, name: str, sources: Sources, *, turns: bool = False) 
         )
         for number, material in enumerate(use.names)
     ]
-    return merged(pieces, name)
 
 
 def read_by_mujoco(
