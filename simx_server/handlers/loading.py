@@ -59,7 +59,8 @@ def read(world: World, kind: str, found: Path, name: str, work: Callable[[Source
     """Read a file that a client or a script named. Files that it names are searched in the open folders only.
 
     A client's file first goes through a trial; the contents read in the trial are used. Trial and reading run beside
-    the physics thread. The scene of the server's start may name any file, unless a client has changed it.
+    the physics thread, for files of the operator too: the meshes of a robot may take seconds. The scene of the
+    server's start may name any file, unless a client has changed it.
 
     Args:
         kind: what is done with the file, see `scene/trial`.
@@ -77,13 +78,17 @@ def read(world: World, kind: str, found: Path, name: str, work: Callable[[Source
         _tell(world, found)
         return (yield from world.trials.load(lambda: work(tried)))
     _tell(world, found)
-    if is_whole_file(found):  # it names no files, and may take seconds
-        return (yield from world.trials.load(lambda: work(sources)))
-    if sources.within is not None:
-        check_references(found, _open_folders(sim))
-        links = count_links(found.read_bytes())
-        sim.limits.check("objects", links, f"'{found.name}' has {links} links")
-    return work(sources)
+    is_confined = sources.within is not None and not is_whole_file(found)  # which names no files
+    folders, limits = _open_folders(sim), sim.limits
+
+    def checked_and_read() -> _Read:
+        if is_confined:
+            check_references(found, folders)
+            links = count_links(found.read_bytes())
+            limits.check("objects", links, f"'{found.name}' has {links} links")
+        return work(sources)
+
+    return (yield from world.trials.load(checked_and_read))
 
 
 def _sources_of(sim: Simulation, found: Path) -> Sources:

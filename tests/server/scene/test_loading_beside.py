@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import pytest
 from loopback import LoopbackTransport
@@ -18,6 +18,7 @@ import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_server.scene.finding import client_files
 from simx_server.scene.finding.client_files import ClientFiles
+from simx_server.scene.formats import kept_models
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 
@@ -84,6 +85,25 @@ def test_the_simulation_runs_and_others_set_values_during_a_trial(world, loader,
         assert v.simxGetPingTime(other)[0] == 0
     assert world.simulation.time > before
     go_on.set()
+    assert wait_until(lambda: has_brick(other), 20)
+
+
+def test_others_are_answered_while_a_robot_of_the_operator_is_read(
+    loader: int, other: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "server" / "brick.xml").write_text(CUBE)
+    may_go_on, read = threading.Event(), kept_models.read_model
+
+    def waiting(*arguments: Any) -> Any:
+        assert may_go_on.wait(20)
+        return read(*arguments)
+
+    monkeypatch.setattr(kept_models, "read_model", waiting)
+    assert v.simxLoadModel(loader, "brick.xml", 0, ONESHOT)[0] in (0, 1)
+    for _ in range(5):
+        assert v.simxGetPingTime(other)[0] == 0
+    assert not has_brick(other)
+    may_go_on.set()
     assert wait_until(lambda: has_brick(other), 20)
 
 
