@@ -12,7 +12,7 @@ from simx_server.sim_api.properties import property_types as t
 from simx_server.sim_api.properties.entry import Property, fixed
 from simx_server.sim_api.properties.tables.joints import JOINTS
 
-from .making import Old, kept_colors, refused
+from .making import Old, engine_properties, kept_colors
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -50,6 +50,8 @@ def _mode(world: World, handle: int) -> int:
     return mode if mode >= JointMode.DEPENDENT else int(JointMode.PASSIVE)
 
 
+_PID = _OLD.named("mujoco.posPid", "dynamics.mujoco.posPid")
+
 JOINT = (
     *_OLD.same(
         "cyclic dependencyMaster dependencyParams intrinsicError intrinsicPose maxVelAccelJerk targetForce"
@@ -66,14 +68,14 @@ JOINT = (
     _OLD.named("targetPos", "targetPosition"),
     _OLD.named("targetVel", "targetVelocity"),
     _OLD.named("springDamperParams", "dynamics.springDamperParams"),
-    _OLD.named("mujoco.posPid", "dynamics.mujoco.posPid"),
+    _PID,
+    engine_properties([_PID]),
     Property("configuration", t.FLOAT_ARRAY, _configuration, _set_configuration),
     fixed(
         "dynamics.smoothMotionProfile", t.BOOL, False, "motion profiles are for joints outside dynamic mode"
     ),
     fixed("enforceBounds", t.BOOL, True, "the limits of a joint are part of physics"),
     fixed("screwLead", t.FLOAT, 0.0, "a joint turns or slides; couple two joints by an equality of the MJCF"),
-    refused("dynamics.engineProperties", t.STRING, "the engine's options are written in the scene's MJCF"),
     _OLD.named("jointLength", "length"),
     _OLD.named("jointDiameter", "diameter"),
     *kept_colors("color"),

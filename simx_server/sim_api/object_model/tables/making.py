@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from simx_server.errors import Unsupported
+from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.custom_data import HIDDEN
 from simx_server.sim_api.object_model.enumerations import number_of, word_of
 from simx_server.sim_api.object_model.types import COLOR, MATRIX, enum_of
@@ -141,6 +142,49 @@ def refused(name: str, kind: PropertyType, why: str) -> Property:
 
 class Refused(Property):
     """A property with a reason in place of a value."""
+
+
+def engine_properties(properties: Iterable[Property]) -> Property:
+    """Return the options of the physics engine as one text, JSON: ``{"mujoco": {"friction": [1, 0.005, 0.0001]}}``.
+
+    Args:
+        properties: the options as properties, with their names within a class.
+    """
+    known = {each.name.rpartition(".")[2]: each for each in properties}
+
+    def get(world: World, handle: int) -> str:
+        found = {name: each.get(world, handle) for name, each in known.items() if each.get is not None}
+        return json.dumps({_ENGINE: found})
+
+    def put(world: World, handle: int, text: str) -> None:
+        for name, value in _options(text).items():
+            one = known.get(name)
+            if one is None or one.set is None:
+                raise CommandError(f"'{name[:40]}' is no option of {_ENGINE}; those are {', '.join(known)}")
+            try:
+                one.set(world, handle, one.type.convert(value))
+            except TypeError as problem:
+                raise CommandError(f"'{name}' of 'dynamics.engineProperties' must be {problem}") from None
+
+    return Property("dynamics.engineProperties", t.STRING, get, put)
+
+
+_ENGINE = "mujoco"
+
+
+def _options(text: str) -> dict[str, Any]:
+    """Return the options of the engine in a text. Raises CommandError."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError) as problem:
+        raise CommandError(f"'dynamics.engineProperties' is JSON: {problem}") from None
+    engines = cast(dict[str, Any], found) if isinstance(found, dict) else {}
+    options = engines.get(_ENGINE)
+    if len(engines) != 1 or not isinstance(options, dict):
+        raise CommandError(
+            f"'dynamics.engineProperties' is a map with the key {_ENGINE}, the only engine here"
+        )
+    return cast(dict[str, Any], options)
 
 
 def constant(name: str, kind: PropertyType, value: Any) -> Property:

@@ -32,7 +32,7 @@ DUMMY = (
     _DUMMY.named("dummySize", "size"),
     _DUMMY.worded("dummyType", "dummy.type", "dummyType"),
     refused("assemblyTag", t.STRING, "assembly is not available"),
-    refused("dynamics.engineProperties", t.STRING, "the engine's options are written in the scene's MJCF"),
+    fixed("dynamics.engineProperties", t.STRING, "{}", "MuJoCo has no options for dummies"),
 )
 
 LIGHT = (

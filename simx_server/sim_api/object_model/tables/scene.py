@@ -14,7 +14,7 @@ from simx_server.sim_api.properties import property_types as t
 from simx_server.sim_api.properties.entry import Property, fixed
 from simx_server.sim_api.properties.tables.scene import OF_SCENE
 
-from .making import Old, kept, refused
+from .making import Old, engine_properties, kept
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -71,6 +71,11 @@ def _destroyed(world: World, handle: int) -> int:
 
 _AT_TIME = "the server pauses on request only"
 
+_OPTIONS = tuple(
+    _OLD.named(f"mujoco.{name}", f"dynamics.mujoco.{name}")
+    for name in ("impratio", "wind", "density", "viscosity", "iterations")
+)
+
 SCENE = (
     *_OLD.same("ambientLight mainScript objects orphans selection visibilityLayers"),
     _OLD.named("simulationTime", "simulation.time"),
@@ -91,7 +96,7 @@ SCENE = (
     _OLD.named("gravity", "dynamics.gravity"),
     _OLD.named("dynamicsStepSize", "dynamics.stepSize"),
     _OLD.named("showContactPoints", "dynamics.showContactPoints"),
-    refused("dynamics.engineProperties", t.STRING, "the engine's options are written in the scene's MJCF"),
+    engine_properties(_OPTIONS),
     _OLD.named("scenePath", "path"),
     _OLD.named("sceneIsLocked", "locked"),
     _OLD.named("sceneUid", "uid"),
@@ -105,8 +110,5 @@ SCENE = (
     kept("acknowledgment", t.STRING, ""),
     kept("finalSaveRequest", t.BOOL, False),
     kept("saveCalculationStructs", t.BOOL, False),
-    *(
-        _OLD.named(f"mujoco.{name}", f"dynamics.mujoco.{name}")
-        for name in ("impratio", "wind", "density", "viscosity", "iterations")
-    ),
+    *_OPTIONS,
 )

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from simx_server.editing.shape_looks import part_texture
 from simx_server.sim_api.object_model.types import enum_of
 from simx_server.sim_api.properties import property_types as t
-from simx_server.sim_api.properties.entry import Property, numbered
+from simx_server.sim_api.properties.entry import Property, fixed, numbered
 from simx_server.sim_api.properties.tables.shapes import SHAPES
 
-from .making import Old, kept, refused
+from .making import Old, engine_properties, kept, refused
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -51,6 +52,13 @@ def _pixels(world: World, handle: int) -> tuple[list[int], bytes]:
     return [width, height], pixels.tobytes()
 
 
+def _coordinates(world: World, handle: int) -> list[float]:
+    """Return u and v of the texture at the corners of the triangles; none for a shape without such a texture."""
+    model = world.simulation.model
+    found = (part_texture(model, each.geom) for each in world.shape_colors.parts(handle))
+    return next((each.coordinates.ravel().tolist() for each in found if each is not None), [])
+
+
 MESH = (
     *_OLD.same("color.diffuse color.specular color.emission color.transparency indices"),
     _OLD.matrix("vertices", "vertices", 3),
@@ -68,11 +76,16 @@ MESH = (
     Property("texture.id", t.INT, _texture),
     Property("texture.resolution", t.INT_ARRAY2, lambda world, handle: _pixels(world, handle)[0]),
     Property("texture.image", t.BUFFER, lambda world, handle: _pixels(world, handle)[1], is_large=True),
-    refused("texture.coordinates", t.FLOAT_ARRAY, _FILE),
-    refused("texture.applyMode", enum_of("textureApplyMode"), _FILE),
+    Property("texture.coordinates", t.FLOAT_ARRAY, _coordinates, is_large=True),
+    fixed("texture.applyMode", enum_of("textureApplyMode"), 0, "a texture is multiplied with the colour"),
 )
 """Properties of class mesh that a shape has; `convex` and `primitive` are those of the shape."""
 
+
+_ENGINE = tuple(
+    _OLD.named(f"mujoco.{name}", f"dynamics.mujoco.{name}")
+    for name in ("friction", "solref", "solimp", "solmix", "margin", "condim", "priority")
+)
 
 SHAPE = (
     *_OLD.same(
@@ -99,10 +112,7 @@ SHAPE = (
     numbered("startInDynSleepMode", t.BOOL, "shapeintparam_sleepmodestart"),
     refused("setToDynamicWithParent", t.BOOL, "a shape becomes dynamic only by its property 'dynamic'"),
     refused("flipFaces", t.BOOL, _FILE),
-    refused("dynamics.engineProperties", t.STRING, "the engine's options are written in the scene's MJCF"),
-    *(
-        _OLD.named(f"mujoco.{name}", f"dynamics.mujoco.{name}")
-        for name in ("friction", "solref", "solimp", "solmix", "margin", "condim", "priority")
-    ),
+    engine_properties(_ENGINE),
+    *_ENGINE,
     *MESH,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import pytest
@@ -195,3 +196,27 @@ def test_a_removed_object_is_not_valid(model: Model) -> None:
     assert not model.do(cube, "isValid")
     with pytest.raises(CommandError, match="target does not exist"):
         model.get(cube, "position")
+
+
+def test_the_options_of_the_engine_are_one_text(model: Model) -> None:
+    options = json.loads(model.get("/cube", "dynamics.engineProperties"))["mujoco"]
+    assert options["condim"] == model.get("/cube", "dynamics.mujoco.condim")
+    changed = json.dumps({"mujoco": {"friction": [0.3, 0.01, 0.001], "priority": 2}})
+    model.set("/cube", "dynamics.engineProperties", changed)
+    assert model.get("/cube", "dynamics.mujoco.friction") == [0.3, 0.01, 0.001]
+    assert model.get("/cube", "dynamics.mujoco.priority") == 2
+    model.set("scene", "dynamics.engineProperties", '{"mujoco": {"density": 1.2}}')
+    assert model.get("scene", "dynamics.mujoco.density") == 1.2
+    for text, problem in (
+        ("density", "JSON"),
+        ('{"bullet": {}}', "only engine"),
+        ('{"mujoco": {"spin": 1}}', "no option"),
+        ('{"mujoco": {"condim": "x"}}', "must be"),
+    ):
+        with pytest.raises(CommandError, match=problem):
+            model.set("/cube", "dynamics.engineProperties", text)
+
+
+def test_a_shape_without_texture_has_no_coordinates(model: Model) -> None:
+    assert model.get("/cube", "texture.coordinates") == []
+    assert model.get("/cube", "texture.applyMode") == 0
