@@ -17,7 +17,7 @@ def export_rosbag(world: World, path: Path, *, drive: str | None, began: int, im
 
     Args:
         path: a new folder, or a file that ends in `.mcap`.
-        drive, began, images: as `Bag` has them.
+        ``began``, drive, images: as `Bag` has them.
 
     Raises:
         OutputError: it cannot be written, or a package is missing.

@@ -13,7 +13,7 @@ It reads commands as lines of JSON, and answers each with a line `{"done": ...}`
     {"info": [TOPIC, DOMAIN (0)]}                                    its publishers: node, namespace, hash, QoS
 
 A message that arrives is a line `{"topic": TOPIC, "value": {FIELD: VALUE}}`, a request `{"service": SERVICE, ...}`.
-The standard types come from rosbags: the SDK would fetch them with git.
+`sdk_definitions.py` has the types.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import re
 import sys
 import tempfile
 import threading
@@ -31,7 +30,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from rosbags.typesys import Stores, get_typestore
+from sdk_definitions import STORE, more_definitions, write_definitions
 from zenoh_ros2_sdk import (
     ROS2Publisher,
     ROS2ServiceClient,
@@ -45,7 +44,6 @@ from zenoh_ros2_sdk.message_registry import get_registry, load_message_type
 from zenoh_ros2_sdk.session import ZenohSession
 
 PORT = int(sys.argv[1])
-STORE = get_typestore(Stores.ROS2_JAZZY)
 
 _writing = threading.Lock()
 
@@ -81,36 +79,6 @@ def made(session: Any, kind: Any, values: Mapping[str, Any]) -> Any:
             value = [made(session, detail[0][1], each) for each in value]
         found[name] = value
     return session.store.types[kind](**found)
-
-
-DEFINITIONS = Path(__file__).parents[3] / "simx_server" / "ros2_messages" / "definitions"
-"""Texts with the fields of types that rosbags does not have; the SDK computes their hashes."""
-
-
-def more_definitions() -> dict[str, str]:
-    """The messages of the package that rosbags lacks, as files of ROS 2 have them."""
-    found: dict[str, str] = {}
-    package = "simulation_interfaces"
-    text = (DEFINITIONS / f"{package}.txt").read_text(encoding="utf-8")
-    for section in re.split(r"\n(?=\w)", re.sub(r" *#.*", "", text).strip()):
-        name, *lines = [line.strip() for line in section.splitlines() if line.strip()]
-        if "---" not in lines:
-            fields = [line for line in lines if "=" not in line]
-            found[f"{package}/msg/{name}"] = "\n".join(
-                line if line[0].islower() else f"{package}/{line}" for line in fields
-            )
-    return found
-
-
-def write_definitions(folder: Path) -> None:
-    definitions = more_definitions()
-    for kind in STORE.fielddefs:
-        definitions[kind] = STORE.generate_msgdef(kind, ros_version=2)[0].split("=" * 80)[0]
-    for kind, text in definitions.items():
-        package, _, name = kind.split("/")
-        path = folder / package / "msg" / f"{name}.msg"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
 
 
 class Node:

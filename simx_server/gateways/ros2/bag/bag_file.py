@@ -34,7 +34,7 @@ MOST_BYTES = 256 << 20
 
 @dataclass
 class Topic:
-    """What was written of a topic."""
+    """A topic of a bag, with the number of its messages."""
 
     qos_profiles: str
     """As `ros2 bag` writes them."""
@@ -53,7 +53,7 @@ class BagWriter(McapThread[tuple[str, str, Qos, int, bytes]]):
         """Start a bag. Raises OutputError: the file cannot be written, or a package is missing."""
         super().__init__(path)
         self.topics: dict[tuple[str, str], Topic] = {}
-        """What was written, by topic and type; complete once the bag is closed."""
+        """All topics so far, by name and type; complete once the bag is closed."""
 
         self.first = self.last = 0
         """Nanoseconds since 1970 of the first and the last message."""

@@ -10,6 +10,7 @@ from typing import Any
 from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import CommandError
 from simx_server.joints.joints import JOINT_TYPES, Joints
+from simx_server.joints.servo import Rule
 from simx_server.joints.state import JointMode
 from simx_server.scene.objects import ObjectKind
 
@@ -113,6 +114,8 @@ def _calls(joints: Joints, wanted: Iterable[tuple[int, str, float]]) -> Iterator
 
 def has_target(joints: Joints, handle: int) -> bool:
     """Return whether a motor or a motion profile moves a joint to positions; else it is put there at once."""
+    if joints.rule(handle) is Rule.KINEMATIC:  # in V-REP's force mode too, where physics does not move it
+        return False
     if joints.mode(handle) is JointMode.FORCE or joints.is_hybrid(handle):
         return True
     return joints.moves_by_profile(handle)
