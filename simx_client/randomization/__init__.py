@@ -4,10 +4,19 @@
 
     Randomize({"Cube.mass": Uniform(0.05, 0.2)}).apply(client, seed=1)
 
-`distributions` has what values are drawn from; `randomize` finds the properties and sets them.
+`simx_client.protocol.random_values` has what values are drawn from; `randomize` finds the properties and sets them.
 """
 
-from .distributions import Choice, Distribution, LogUniform, Normal, Scale, Shift, Uniform
+from simx_client.protocol.random_values import (
+    Choice,
+    Distribution,
+    LogUniform,
+    Normal,
+    Scale,
+    Shift,
+    Uniform,
+)
+
 from .randomize import Drawn, Randomize
 
 __all__ = [

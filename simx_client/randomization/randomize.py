@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from simx_client.client.servers import Servers
 from simx_client.connection.calls import Calls
 from simx_client.errors import CallsFailed
 from simx_client.protocol.commands import ANSWERED
-
-from .distributions import Array, Distribution, Numbers, Scale, Shift
+from simx_client.protocol.random_values import Value, check_value, draw_numbers, read_name
 
 if TYPE_CHECKING:
     from simx_client.client.client import Client
@@ -24,16 +23,9 @@ _READ, _WRITE = Marshal(ANSWERED["readNumbers"]), Marshal(ANSWERED["writeNumbers
 Drawn = Mapping[str, list[float]]
 """Numbers by name, as they were set."""
 
-Value = Distribution | Numbers | Scale | Shift | Callable[[np.random.Generator], Any]
-
-
-class _Property(NamedTuple):
-    object: str
-    name: str
-
 
 class Randomize:
-    """Random properties by name, drawn anew for each episode, run or world.
+    """Random properties by name, drawn for each episode, run or world.
 
         Randomize({
             "Cube.mass": Uniform(0.05, 0.2),
@@ -59,13 +51,8 @@ class Randomize:
             ValueError: a name or a value cannot be used.
         """
         self.values = dict(values)
-        self._properties = {text: _read_name(text) for text in self.values}
         for text, value in self.values.items():
-            part = (
-                value.factor if isinstance(value, Scale) else value.by if isinstance(value, Shift) else value
-            )
-            if not (isinstance(part, Distribution) or callable(part)):
-                _numbers(text, part)
+            check_value(text, value)
 
     def __repr__(self) -> str:
         return f"Randomize({self.values!r})"
@@ -101,7 +88,7 @@ class Randomization:
 
     def __init__(self, described: Randomize, servers: Servers) -> None:
         self._values, self._servers = described.values, servers
-        self._properties = {text: _read_name(text) for text in self._values}
+        self._properties = {text: read_name(text) for text in self._values}
         self._find()
 
     def _find(self) -> None:
@@ -112,7 +99,7 @@ class Randomization:
         ]
         read = self._ask(
             lambda calls, place: [
-                calls.note(_READ, (self._handles[place][each.object], each.name))
+                calls.note(_READ, (self._handles[place][each.object], each.property))
                 for each in self._properties.values()
             ]
         )
@@ -136,28 +123,16 @@ class Randomization:
         Raises:
             ValueError: a value has another number of numbers than its property.
         """
-        drawn: dict[str, list[float]] = {}
-        for text, value in self._values.items():
-            present = self._present[place][text]
-            if isinstance(value, Scale):
-                numbers = present * _drawn(value.factor, random)
-            elif isinstance(value, Shift):
-                numbers = present + _drawn(value.by, random)
-            else:
-                numbers = _drawn(value, random)
-            if numbers.shape != present.shape:
-                raise ValueError(
-                    f"{text!r} has {present.size} {'number' if present.size == 1 else 'numbers'}, and "
-                    f"{value!r} gives {numbers.size}"
-                )
-            drawn[text] = numbers.tolist()
-        return drawn
+        return {
+            text: draw_numbers(text, value, self._present[place][text], random)
+            for text, value in self._values.items()
+        }
 
     def note(self, calls: Calls, place: int, drawn: Drawn) -> None:
         """Note the calls that set drawn numbers in one of the simulations."""
         for text, numbers in drawn.items():
             each = self._properties[text]
-            calls.note(_WRITE, (self._handles[place][each.object], each.name, numbers))
+            calls.note(_WRITE, (self._handles[place][each.object], each.property, numbers))
 
     def set_by_seed(self, seed: int) -> list[Drawn]:
         """Set the properties of all; see `Randomize.apply`."""
@@ -166,34 +141,3 @@ class Randomization:
         ]
         self._servers.each(lambda calls, place: self.note(calls, place, drawn[place]))
         return drawn
-
-
-def _read_name(text: str) -> _Property:
-    # An object's name or path has no dots; names of properties may have them.
-    name, dot, attribute = text.partition(".")
-    if name.strip() and dot and attribute.strip():
-        return _Property(name.strip(), attribute.strip())
-    raise ValueError(f"{text!r} is not the name of a property; write OBJECT.PROPERTY, such as 'Cube.mass'")
-
-
-def _drawn(value: Value, random: np.random.Generator) -> Array:
-    if isinstance(value, Distribution):
-        found = value.draw(random)
-    elif callable(value):
-        found = value(random)
-    else:
-        found = value
-    return np.atleast_1d(np.asarray(found, np.float64))
-
-
-def _numbers(text: str, value: object) -> None:
-    try:
-        found = np.asarray(cast(Sequence[float], value), np.float64)
-        is_valid = found.ndim <= 1 and bool(np.isfinite(found).all())
-    except (TypeError, ValueError):
-        is_valid = False
-    if not is_valid:
-        raise ValueError(
-            f"{text!r}: {value!r} is no value; valid are numbers, vectors, Uniform, LogUniform, Normal, Choice, "
-            "Scale, Shift and functions of a random generator"
-        )

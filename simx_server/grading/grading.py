@@ -21,7 +21,7 @@ MOST_PROGRAM = 1 << 20
 
 
 class GradingFailed(Exception):
-    """No points can be given, and that is no fault of the program; the text gives the reason."""
+    """No points can be given, and the program is not the reason; the text gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)

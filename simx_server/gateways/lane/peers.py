@@ -1,6 +1,6 @@
 """Connections of the lane as they are read: what arrives becomes batches, in bounds.
 
-Who a connection belongs to, and what its first frame says, is for the gateway to know.
+The gateway knows to whom a connection belongs, and reads its first frame.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class LanePeers(Listening["LanePeer"]):
     """Reads the connections of a lane. Physics thread, except where a method says so."""
 
     path: str
-    """What its log calls the lane."""
+    """Name of the lane in its log."""
 
     first_frame: int = FIRST_FRAME
     """Maximum size of the first message in bytes."""
@@ -49,7 +49,7 @@ class LanePeers(Listening["LanePeer"]):
 
     @abstractmethod
     def _introduce(self, peer: LanePeer) -> None:
-        """Take the first frame of a connection: begin it, or set its problem."""
+        """Take the first frame of a connection: start it, or set its problem."""
 
     def _admit(self, connected: socket.socket, listener: socket.socket, address: Any) -> LanePeer:
         peer = LanePeer(connected, self._service.unfinished, self.first_frame)

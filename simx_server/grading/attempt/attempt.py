@@ -11,17 +11,11 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-
-from simx_client.client.servers import Servers
-from simx_client.connection.clients import CLIENTS
-from simx_client.connection.connection import Connection
-from simx_client.errors import SimxError
-from simx_client.randomization import Drawn, Randomize
-from simx_client.transport.handed import HandedLane
 
 from .program import Program, ProgramLimits
 from .rules import Rules, as_fields
@@ -48,21 +42,23 @@ class StageFailed(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What all attempts of a task have in common."""
+    """The settings that all attempts of a task share."""
 
     scene: str
     rules: Rules
     limits: ProgramLimits
     speed: str = "1"
     time_step: float | None = None
-    randomize: Randomize | None = None
+    random: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    """Random values by the names of properties, as the task's file has them."""
+
     files: tuple[Path, ...] = ()
     """Copied into the folder of the program."""
 
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """What has happened."""
+    """The course of one attempt."""
 
     recording: Path
     output: str
@@ -74,7 +70,9 @@ class Attempt:
     over: str
     """Why the run was over; empty if the program ended while it lasted, or never started it."""
 
-    drawn: Drawn
+    drawn: Mapping[str, list[float]]
+    """The random values, by name."""
+
     seconds: float
     """Wall time."""
 
@@ -98,27 +96,18 @@ def run_attempt(setting: Setting, program: Path, seed: int, recording: Path, pri
     for each in (program, *setting.files):
         shutil.copy(each, folder / each.name)
     with ExitStack() as stack:
-        ours = [stack.enter_context(each) for each in _pairs(2)]
-        (door, door_there), (grader, grader_there) = (ours[0], ours[1]), (ours[2], ours[3])
-        server = stack.enter_context(
-            _Server(setting, recording, workspace, door_there.fileno(), grader_there.fileno())
-        )
-        for each in (door_there, grader_there):
-            each.close()
+        pair = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        door, there = map(stack.enter_context, pair)
+        server = stack.enter_context(_Server(setting, seed, recording, workspace, there.fileno()))
+        there.close()
         server.await_ready()
-        drawn = _set_random(setting, seed, grader)
-        grader.close()
         run = Program(folder, program.name, door.fileno(), setting.limits)
         try:
             _watch(run, server, recording)
         finally:
             run.close()
         server.end()
-        return Attempt(recording, run.output, run.ended, server.over, drawn, time.monotonic() - began)
-
-
-def _pairs(count: int) -> list[socket.socket]:
-    return [each for _ in range(count) for each in socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)]
+        return Attempt(recording, run.output, run.ended, server.over, server.drawn, time.monotonic() - began)
 
 
 def _watch(run: Program, server: _Server, recording: Path) -> None:
@@ -142,27 +131,10 @@ def _watch(run: Program, server: _Server, recording: Path) -> None:
             time.sleep(_TURN / 10)  # a program that writes all the time gets no more turns than others
 
 
-def _set_random(setting: Setting, seed: int, door: socket.socket) -> Drawn:
-    """Set the random values as a client of the server, so that the recording has them."""
-    if setting.randomize is None:
-        return {}
-    connection = Connection(
-        lambda: HandedLane(door.fileno(), 0), where="the server of the attempt", may_reconnect=False
-    )
-    CLIENTS.admit(connection)
-    try:
-        connection.connect(STARTS_WITHIN)
-        return setting.randomize.apply(Servers([CLIENTS.id_of(connection)]), seed)[0]
-    except (SimxError, ValueError) as problem:
-        raise StageFailed(f"[randomize]: {problem}") from None
-    finally:
-        CLIENTS.discard(connection)
-
-
 class _Server:
     """The process of `stage.py`."""
 
-    def __init__(self, setting: Setting, recording: Path, workspace: Path, program: int, grader: int) -> None:
+    def __init__(self, setting: Setting, seed: int, recording: Path, workspace: Path, program: int) -> None:
         settings: dict[str, Any] = {
             "scene": setting.scene,
             "record": str(recording),
@@ -175,17 +147,18 @@ class _Server:
         }
         if setting.time_step is not None:
             settings["time_step"] = str(setting.time_step)
-        fields = {
+        fields: dict[str, Any] = {
             "settings": settings,
             "rules": as_fields(setting.rules),
             "program": program,
-            "grader": grader,
+            "random": dict(setting.random),
+            "seed": seed,
         }
         self._process = subprocess.Popen(
             [sys.executable, "-m", "simx_server.grading.attempt.stage"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            pass_fds=(program, grader),
+            pass_fds=(program,),
             bufsize=0,
         )
         assert self._process.stdin is not None
@@ -194,6 +167,7 @@ class _Server:
         self.words = self._process.stdout.fileno()
         os.set_blocking(self.words, False)
         self._text = b""
+        self.drawn: dict[str, list[float]] = {}
         self.is_ready, self.over, self._problem = False, "", ""
 
     def __enter__(self) -> _Server:
@@ -224,7 +198,8 @@ class _Server:
         *lines, self._text = self._text.split(b"\n")
         for line in lines:
             said = json.loads(line)
-            self.is_ready = self.is_ready or "ready" in said
+            self.is_ready = self.is_ready or "drawn" in said
+            self.drawn = self.drawn or said.get("drawn", {})
             self.over = self.over or said.get("over", "")
             self._problem = self._problem or said.get("problem", "")
 

@@ -15,7 +15,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-import simx_client
+from simx_client.protocol import version
 from simx_client.protocol.lane.handed import VARIABLE
 from simx_server.processes.children import how_it_ended
 from simx_server.scripting.python.process import library_folders
@@ -39,7 +39,7 @@ LOOK = 0.2
 
 @dataclass(frozen=True, slots=True)
 class ProgramLimits:
-    """What a program may use."""
+    """Limits of a program."""
 
     wall: float = 120.0
     """Seconds of wall time."""
@@ -85,7 +85,7 @@ class Program:
 
         libraries = folder.parent / "libraries"  # without what lies beside the package
         libraries.mkdir(exist_ok=True)
-        package = Path(simx_client.__file__).resolve().parent
+        package = Path(version.__file__).resolve().parents[1]  # simx_client
         link = libraries / package.name
         if not link.exists():
             link.symlink_to(package, target_is_directory=True)

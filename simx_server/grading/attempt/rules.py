@@ -63,7 +63,7 @@ def allowable() -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """What a program may do, beside driving and reading."""
+    """Rights of a program, beside driving and reading."""
 
     allows: frozenset[str] = frozenset()
     """Further functions."""

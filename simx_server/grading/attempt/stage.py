@@ -20,7 +20,7 @@ from simx_server.sensors.opengl.mujoco_import import import_mujoco
 
 
 class Stage(NamedTuple):
-    """What the process needs to know."""
+    """The line of JSON that the process reads."""
 
     settings: dict[str, Any]
     """Of the server, by the names of flags."""
@@ -29,9 +29,12 @@ class Stage(NamedTuple):
     """Fields of `Rules`."""
 
     program: int
-    """The socket of the program, and that of the grader."""
+    """The socket of the program."""
 
-    grader: int
+    random: dict[str, Any]
+    """Random values by the names of properties, as the task's file has them."""
+
+    seed: int
 
 
 def main() -> int:
@@ -52,6 +55,7 @@ def _serve(stage: Stage) -> int:
     from simx_server.settings.settings import Settings
     from simx_server.world.world import World
 
+    from .random_values import set_random
     from .rules import PROGRAM, Supervision, rules_of
 
     class Reporting(Supervision):
@@ -60,10 +64,16 @@ def _serve(stage: Stage) -> int:
         def is_over(self) -> None:
             _say({"over": self.over})
 
+    served: list[Service] = []
+
     def attach(world: World, service: Service) -> None:
         service.watchers.add(Reporting(rules_of(stage.rules), world.simulation))
-        for number, name in ((stage.program, PROGRAM), (stage.grader, "grader")):
-            HandedLanes(service, _socket(number), name)
+        door = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET, 0, fileno=stage.program)
+        HandedLanes(service, door, PROGRAM)
+        served.append(service)
+
+    def ready(_gateways: object, _world: object) -> None:
+        _say({"drawn": set_random(served[0], stage.random, stage.seed)})
 
     with ExitStack() as stack:
         try:
@@ -72,18 +82,10 @@ def _serve(stage: Stage) -> int:
             recorder = Recorder(settings.record, settings)
             stack.callback(recorder.close)
             world = open_world(settings, stack, recorder.watch)
-            return run_server(world, settings, _ready, recorder=recorder, attach=attach, is_listed=False)
+            return run_server(world, settings, ready, recorder=recorder, attach=attach, is_listed=False)
         except (CommandError, StartError, ValueError) as problem:
             _say({"problem": str(problem)})
             return FAILURE
-
-
-def _ready(_gateways: object, _world: object) -> None:
-    _say({"ready": True})
-
-
-def _socket(number: int) -> socket.socket:
-    return socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET, 0, fileno=number)
 
 
 def _say(fields: dict[str, Any]) -> None:

@@ -26,7 +26,7 @@ Arguments = tuple[str | float, ...]
 
 
 class Sight(Protocol):
-    """What expressions read."""
+    """The values that expressions read."""
 
     time: float
     """Seconds since the start of the run."""
@@ -76,7 +76,7 @@ FUNCTIONS = {
     "joint": Function("joint(name)", "joint position, rad or m", 1),
     "joint_velocity": Function("joint_velocity(name)", "rad/s or m/s", 1),
     "touches": Function("touches(a, b)", "true while shapes of two objects touch", 2, is_bool=True),
-    "collisions": Function("collisions(a, b)", "how often they have begun to touch since the start", 2),
+    "collisions": Function("collisions(a, b)", "how often contact has started since the start", 2),
     "signal": Function(
         "signal(name, default)", "number of a float or integer signal; default without one", 1, 1, 0
     ),

@@ -1,4 +1,4 @@
-"""What the functions of checks read of a world."""
+"""The functions of checks, read from a world."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ class WorldSight:
         return float(self._touch((one, other))[1])
 
     def _touch(self, pair: tuple[str, str]) -> tuple[bool, int]:
-        """Return whether two objects touch, and how often they have begun to; once for each step."""
+        """Return whether two objects touch, and how often contact has started; once for each step."""
         key = ("_touch", pair)
         if key not in self._values:
             self._values[key] = now = self._are_touching(*pair)

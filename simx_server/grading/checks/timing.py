@@ -21,7 +21,7 @@ FORMS = (
     ("always EXPRESSION", "is true after every step; also with before and after"),
     ("never EXPRESSION", "is true after no step"),
 )
-"""What a check may say. ``before``, ``after`` and ``for`` can be combined."""
+"""The forms of a check. ``before``, ``after`` and ``for`` can be combined."""
 
 _ROUNDING = 1e-9
 """Seconds by which sums of time steps may be wrong."""
@@ -68,7 +68,7 @@ def parse_timed(text: str) -> Timed:
 
 
 class Verdict:
-    """What is known of a check during a run."""
+    """The state of a check during a run."""
 
     def __init__(self, timed: Timed) -> None:
         self._timed = timed

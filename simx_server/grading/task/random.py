@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from simx_client.randomization import Choice, LogUniform, Normal, Randomize, Scale, Shift, Uniform
-
-from .reading import Table
+from simx_client.protocol.random_values import (
+    Choice,
+    LogUniform,
+    Normal,
+    Scale,
+    Shift,
+    Uniform,
+    Value,
+    check_value,
+)
 
 FORMS = (
     "a number or list, { uniform = [LOW, HIGH] }, { log_uniform = [LOW, HIGH] }, "
@@ -17,21 +24,19 @@ _PAIRS = {"uniform": Uniform, "log_uniform": LogUniform, "normal": Normal}
 _OF_SCENE = {"scale": Scale, "shift": Shift}
 
 
-def read_random(table: Table) -> Randomize | None:
-    """Return what is random; None for an empty table. Raises TaskError."""
-    values: dict[str, Any] = {}
-    for name, described in table.items():
-        try:
-            values[name] = _value(described)
-            Randomize({name: values[name]})
-        except (ValueError, TypeError) as problem:
-            table.fail(name, str(problem))
-    return Randomize(values) if values else None
+def read_value(name: str, described: Any) -> Value:
+    """Return the random value of a property. Raises ValueError."""
+    try:
+        value = _value(described)
+        check_value(name, value)
+    except TypeError as problem:
+        raise ValueError(str(problem)) from None
+    return value
 
 
 def _value(described: Any) -> Any:
     if isinstance(described, (int, float, list)) and not isinstance(described, bool):
-        return described  # pyright: ignore[reportUnknownVariableType] - `Randomize` checks it
+        return described  # pyright: ignore[reportUnknownVariableType] - `read_value` checks it
     fields = cast("dict[str, Any]", described if isinstance(described, dict) else {})
     for word, value in list(fields.items())[:1] if len(fields) == 1 else ():
         several = cast("list[Any]", value) if isinstance(value, list) else []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from simx_client.protocol.commands import BY_NAME
 from simx_server.errors import CommandError
@@ -14,7 +15,7 @@ from simx_server.grading.attempt.rules import Rules, allowable
 from simx_server.grading.checks.expression import ExpressionError
 from simx_server.grading.checks.timing import Timed, parse_timed
 
-from .random import read_random
+from .random import read_value
 from .reading import Table, TaskError, TaskFile
 
 MOST_SEEDS = 100
@@ -65,12 +66,12 @@ def read_task(path: Path) -> Task:
     time_step = table.number("time_step", None, 0.001, 1.0, "s")
     limits, rules = _limits(table.table("limits")), table.table("submission")
     files = _files(rules, path)
-    randomize = read_random(table.table("randomize"))
+    random = _random(table.table("randomize"))
     checks = tuple(_check(file, each, number) for number, each in enumerate(table.tables("check")))
     if not 1 <= len(checks) <= MOST_CHECKS:
         table.fail("check", f"a task has from 1 to {MOST_CHECKS} checks: write [[check]] before each")
     table.end()
-    setting = Setting(scene, _rules(rules, limits[0]), limits[1], speed, time_step, randomize, files)
+    setting = Setting(scene, _rules(rules, limits[0]), limits[1], speed, time_step, random, files)
     return Task(path, title, setting, checks, seeds, camera)
 
 
@@ -98,6 +99,17 @@ def _limits(table: Table) -> tuple[float, ProgramLimits]:
     )
     table.end()
     return seconds, limits
+
+
+def _random(table: Table) -> dict[str, Any]:
+    """Return what is random as the file has it: the server of an attempt draws it."""
+    found = dict(table.items())
+    for name, described in found.items():
+        try:
+            read_value(name, described)
+        except ValueError as problem:
+            table.fail(name, str(problem))
+    return found
 
 
 def _rules(table: Table, seconds: float) -> Rules:

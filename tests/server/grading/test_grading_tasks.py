@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from simx_client.randomization import Scale, Uniform
+from simx_client.protocol.random_values import Scale, Uniform
 from simx_server.grading.referee import check_names
+from simx_server.grading.task.random import read_value
 from simx_server.grading.task.task import TaskError, read_task
 
 GOOD = """\
@@ -53,11 +54,8 @@ def test_a_task_is_what_its_file_says(write) -> None:
     assert [each.name for each in task.checks] == ["moves", 'abs(joint("pole_joint")) < 0.5 at end']
     rules = task.setting.rules
     assert (rules.seconds, rules.moves, rules.forbids) == (5.0, ("cart",), {"simxGetObjectPosition"})
-    assert task.setting.randomize is not None
-    assert task.setting.randomize.values == {
-        "cart.mass": Uniform(0.5, 1.5),
-        "pole.mass": Scale(Uniform(0.9, 1.1)),
-    }
+    values = {name: read_value(name, described) for name, described in task.setting.random.items()}
+    assert values == {"cart.mass": Uniform(0.5, 1.5), "pole.mass": Scale(Uniform(0.9, 1.1))}
     check_names(task)
 
 

@@ -1,10 +1,13 @@
-"""Distributions of numbers and vectors. Equal generators give equal numbers, bit for bit."""
+"""Random values of properties, by name: what clients draw, and a server that grades. Needs NumPy.
+
+Equal generators give equal numbers, bit for bit.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,6 +114,77 @@ class Shift:
     """The scene's value and a drawn number or vector added to it."""
 
     by: Distribution | Numbers
+
+
+Value = Distribution | Numbers | Scale | Shift | Callable[[np.random.Generator], Any]
+
+
+class PropertyName(NamedTuple):
+    """A name in two parts."""
+
+    object: str
+    property: str
+
+
+def read_name(text: str) -> PropertyName:
+    """Return the parts of ``OBJECT.PROPERTY``. Raises ValueError."""
+    # An object's name or path has no dots; names of properties may have them.
+    name, dot, attribute = text.partition(".")
+    if name.strip() and dot and attribute.strip():
+        return PropertyName(name.strip(), attribute.strip())
+    raise ValueError(f"{text!r} is not the name of a property; write OBJECT.PROPERTY, such as 'Cube.mass'")
+
+
+def check_value(text: str, value: object) -> None:
+    """Raise ValueError unless a value can be drawn for the property with this name."""
+    read_name(text)
+    part = value.factor if isinstance(value, Scale) else value.by if isinstance(value, Shift) else value
+    if isinstance(part, Distribution) or callable(part):
+        return
+    try:
+        found = np.asarray(cast(Sequence[float], part), np.float64)
+        is_valid = found.ndim <= 1 and bool(np.isfinite(found).all())
+    except (TypeError, ValueError):
+        is_valid = False
+    if not is_valid:
+        raise ValueError(
+            f"{text!r}: {value!r} is no value; valid are numbers, vectors, Uniform, LogUniform, Normal, Choice, "
+            "Scale, Shift and functions of a random generator"
+        )
+
+
+def draw_numbers(text: str, value: Value, present: Array, random: np.random.Generator) -> list[float]:
+    """Return the numbers for a property.
+
+    Args:
+        text: its name, for messages.
+        present: its numbers in the scene.
+
+    Raises:
+        ValueError: the value has another number of numbers.
+    """
+    if isinstance(value, Scale):
+        numbers = present * _drawn(value.factor, random)
+    elif isinstance(value, Shift):
+        numbers = present + _drawn(value.by, random)
+    else:
+        numbers = _drawn(value, random)
+    if numbers.shape != present.shape:
+        raise ValueError(
+            f"{text!r} has {present.size} {'number' if present.size == 1 else 'numbers'}, and "
+            f"{value!r} gives {numbers.size}"
+        )
+    return numbers.tolist()
+
+
+def _drawn(
+    value: Distribution | Numbers | Callable[[np.random.Generator], Any], random: np.random.Generator
+) -> Array:
+    if isinstance(value, Distribution):
+        found = value.draw(random)
+    else:
+        found = value(random) if callable(value) else value
+    return np.atleast_1d(np.asarray(found, np.float64))
 
 
 def _check_range(name: str, low: Numbers, high: Numbers) -> None:
