@@ -96,6 +96,7 @@ generate: $(READY) ## write the files that follow from the table of functions: t
 	@$(call new_page,$(BIN)/simx-server --commands --markdown,docs/coverage.md)
 	@$(call new_page,$(BIN)/python docs/pyrep_reference.py,docs/pyrep-functions.md)
 	@$(call new_page,$(BIN)/simx-server --script-functions --markdown,docs/script-functions.md)
+	@$(call new_page,$(BIN)/python docs/llms.py,docs/llms.txt)
 
 bench: $(READY) ## measure a call, a simulation step and an image on this machine
 	@$(BIN)/python -m pytest --quiet bench/checks

@@ -35,6 +35,8 @@ COMMANDS = {
     "compare": ("run a program at the original and here: what departs", "simx_client.cli.of_server.compare"),
     "export": ("write a recording for other programs, as a bag of ROS 2", "simx_client.cli.of_server.export"),
     "grade": ("give points to a program for what its simulation did", "simx_client.cli.of_server.grade"),
+    "fit": ("choose physics with which runs meet recorded ones", "simx_client.cli.of_server.fit"),
+    "mcp": ("offer a simulation to agents (MCP)", "simx_client.agents.command"),
     "shims": ("write stand-ins for vrep.py and sim.py into a folder", "simx_client.cli.shims"),
 }
 

@@ -71,7 +71,7 @@ def main(argv: Sequence[str]) -> int:
         return USAGE
     try:
         with connecting.connected(options.at, options.timeout) as (client, _):
-            record, lines = _answer(client, options)
+            record, lines = answer(client, options.step, go_on=options.go_on, calls=options.calls)
     except SimxError as error:
         sys.stderr.write(f"{error}\n")
         return FAILURE
@@ -79,16 +79,27 @@ def main(argv: Sequence[str]) -> int:
     return DONE
 
 
-def _answer(client: int, options: argparse.Namespace) -> tuple[object, list[str]]:
-    """Return what was asked for as a record and as lines. Raises SimxError."""
-    if options.go_on:
-        gone = cast(GoneOn, _call(client, GO_ON, options.step))
+def answer(
+    client: int, step: int | None, *, go_on: bool = False, calls: int = _SHOWN
+) -> tuple[object, list[str]]:
+    """Return what was asked for as a record and as lines.
+
+    Args:
+        step: a step that is kept; None: the last calls that changed something.
+        go_on: start a new run from the end of that step.
+        calls: steps with calls that are listed.
+
+    Raises:
+        SimxError: the server refused it.
+    """
+    if go_on and step is not None:
+        gone = cast(GoneOn, _call(client, GO_ON, step))
         return gone, list(_gone_on(gone))
-    if options.step is not None:
-        step = cast(PastStep, _call(client, STEP, options.step))
-        return step, list(_step(step))
+    if step is not None:
+        past = cast(PastStep, _call(client, STEP, step))
+        return past, list(_step(past))
     kept = cast(Kept, _call(client, KEPT))
-    steps = _last_calls(client, kept, options.calls)
+    steps = _last_calls(client, kept, calls)
     return {"kept": kept, "steps": steps}, [
         *_kept(kept),
         *(line for each in steps for line in _calls_of(each)),

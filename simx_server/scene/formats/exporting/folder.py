@@ -44,6 +44,8 @@ def write_folder(file: Path, folder: Path, sources: Sources) -> Path:
         SceneError: another kind of file, a file in the folder has one of the names, or it cannot be written.
     """
     read = read_spec(file, sources)
+    if sources.change is not None:
+        sources.change(read.spec)
     if not (read.is_urdf or is_whole_file(file)):
         raise SceneError(
             f"'{file.name}' is not a V-REP file, a saved one or a URDF, which --convert takes; MJCF is edited as it is"

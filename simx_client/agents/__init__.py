@@ -1,0 +1,1 @@
+"""Implement ``simx mcp``: a simulation for agents, by the Model Context Protocol."""

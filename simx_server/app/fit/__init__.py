@@ -1,0 +1,1 @@
+"""``simx fit``: values of a scene with which its runs meet recorded ones."""
