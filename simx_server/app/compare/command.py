@@ -19,6 +19,7 @@ from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import CommandError, StartError
 from simx_server.recording.replayed import Divergence
+from simx_server.settings.settings import Settings
 
 from .departures import TOLERANCES, Comparison, Tolerance, compare
 from .files import read_run, states, write_run
@@ -159,13 +160,14 @@ def _runs(options: argparse.Namespace) -> tuple[Names, Run, Run]:
 
 def _with_recorded(options: argparse.Namespace, program: Sequence[str]) -> tuple[Names, Run, Run]:
     path: Path = options.recorded
-    one = replayed(path) if path.suffix == ".simxlog" else read_run(path)
+    chosen = Settings(allow_code=options.allow_code)
+    one = replayed(path, chosen=chosen) if path.suffix == ".simxlog" else read_run(path)
     with tempfile.TemporaryDirectory(prefix="simx-compare-") as folder:
         recording = Path(folder) / "here.simxlog"
         code = record_here(options.scene, program, options.timeout, recording, options.server_arg)
         if code:
             sys.stderr.write(f"the program ended with code {code} here\n")
-        other = replayed(recording, states(one).keys())
+        other = replayed(recording, states(one).keys(), chosen=chosen)
     return Names(f"recorded ({path.name})", f"here ({options.scene})"), replace(one, calls=[]), other
 
 

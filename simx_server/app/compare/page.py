@@ -8,11 +8,11 @@ from html import escape
 from .departures import Comparison, Departure
 from .plots import plot
 from .text import Names, first_of_each, lines, size_text
-from .trajectories import JOINT, ORIENTATION, POSITION, UNITS, Run
+from .trajectories import ORIENTATION, POSITION, UNITS, Run
 
 MOST_PLOTS = 24
 
-_LABELS = {POSITION: ("x", "y", "z"), ORIENTATION: ("w", "x", "y", "z"), JOINT: ("joint",)}
+_LABELS = {POSITION: ("x", "y", "z"), ORIENTATION: ("w", "x", "y", "z")}
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
@@ -59,7 +59,7 @@ def _most_telling(found: Comparison) -> Sequence[Departure]:
 def _section(each: Departure, runs: tuple[Run, Run], names: Names) -> str:
     one, other = (run.series[each.quantity] for run in runs)
     count = one.values.shape[1]
-    labels = _LABELS.get(each.quantity.name) or tuple(str(place) for place in range(count))
+    labels = _LABELS.get(each.quantity.name) or tuple(str(place) for place in range(count) if count > 1)
     title = f"{each.quantity} of {names.one} and {names.other}"
     unit = UNITS[each.quantity.name] if each.quantity.name != ORIENTATION else "quaternion"
     heading = f"{each.quantity}" + (f", {unit}" if unit else "")

@@ -11,7 +11,7 @@ import numpy as np
 from .trajectories import Floats, Series
 
 WIDTH, HEIGHT = 640, 220
-LEFT, RIGHT, TOP, BOTTOM = 64, 12, 12, 28
+LEFT, RIGHT, TOP, BOTTOM = 64, 28, 12, 28
 
 COLOURS = ("#1f6fb4", "#d1495b", "#2e8b57", "#8a5fb0")
 """Of the components of a quantity; the second run is dashed."""

@@ -126,7 +126,8 @@ def _fit(options: argparse.Namespace, folder: Path) -> tuple[list[Free], Run, Ou
     if len({str(each) for each in free}) < len(free):
         raise CommandError("--free names a value twice")
     recorded: Path = options.recorded
-    target = replayed(recorded) if recorded.suffix == _SIMXLOG else read_run(recorded)
+    chosen = Settings(allow_code=options.allow_code)
+    target = replayed(recorded, chosen=chosen) if recorded.suffix == _SIMXLOG else read_run(recorded)
     target = Run(
         {
             quantity: series
@@ -143,7 +144,7 @@ def _fit(options: argparse.Namespace, folder: Path) -> tuple[list[Free], Run, Ou
         if options.verbose:
             print(line, file=sys.stderr)
 
-    problem = Problem(recording, target, free, report=report)
+    problem = Problem(recording, target, free, chosen=chosen, report=report)
     return free, target, fit(problem, free, most_iterations=options.iterations), problem.first
 
 

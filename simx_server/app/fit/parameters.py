@@ -46,15 +46,17 @@ class Free:
     start: float
     least: float
     most: float
-    places: tuple[Place, ...]
+    place: Place
 
     def put(self, spec: Spec, value: float) -> None:
-        """Write a value into a scene."""
-        self.places[0].put(spec, self.owner, value)
+        """Write a value into a scene. Raises CommandError: the scene lacks it."""
+        if self.place.get(spec, self.owner) is None:
+            raise CommandError(f"the recording is of another scene: it has no {self.name} of '{self.owner}'")
+        self.place.put(spec, self.owner, value)
 
     def written(self, value: float) -> str:
         """Return the value as it stands in a scene's file."""
-        return self.places[0].written.format(name=self.owner, value=f"{value:.6g}")
+        return self.place.written.format(name=self.owner, value=f"{value:.6g}")
 
     def __str__(self) -> str:
         return f"{self.owner}.{self.name}"
@@ -241,7 +243,7 @@ def free_of(text: str, spec: Spec) -> Free:
     Raises:
         CommandError: the scene has no such value; the text says what is valid.
     """
-    match = re.fullmatch(r"(.+)\.(\w+)(?:=([^:]+):([^:]+))?", text)
+    match = re.fullmatch(r"(.+?)\.([^.=\s]+)(?:=([^:=]+):([^:=]+))?", text)
     if match is None:
         raise CommandError(f"'{text}' is no value of a scene; {VALID}")
     owner, name = match[1], match[2]
@@ -251,7 +253,7 @@ def free_of(text: str, spec: Spec) -> Free:
         start = place.get(spec, owner)
         if start is not None:
             least, most = _bounds(match[3], match[4], place, text)
-            return Free(owner, name, min(max(start, least), most), least, most, (place,))
+            return Free(owner, name, min(max(start, least), most), least, most, place)
     wanted = " or ".join(place.meaning for place in PLACES[name])
     raise CommandError(f"the scene has no {name} of '{owner}' ({wanted}); {_known(spec, owner)}")
 

@@ -97,3 +97,19 @@ def test_an_unreadable_rule_says_what_is_valid(monkeypatch: pytest.MonkeyPatch, 
     monkeypatch.setenv(VARIABLE, rules)
     with pytest.raises(ValueError, match=r"PORT=HOST:PORT, as in .*; \* for PORT means all others"):
         redirected("127.0.0.1", 19997)
+
+
+def test_a_binding_that_is_kept_connects_to_the_port_of_the_flag(tmp_path: Path) -> None:
+    (tmp_path / "vrep.py").write_text(
+        "import ctypes\n# ctypes.CDLL('remoteApi.so')\ndef simxStart(connectionAddress, connectionPort, *others):\n"
+        "    return connectionAddress, connectionPort, others\n"
+    )
+    script = "import vrep\nprint(vrep.simxStart('192.168.0.7', 19997, True), vrep.simxStart(b'pc', -3))"
+    shown = output_of(tmp_path, script, flags=("--legacy", "4711"))
+    assert shown == "('127.0.0.1', 4711, (True,)) (b'127.0.0.1', 4711, ())"
+
+
+def test_a_port_that_is_served_already_excludes_a_private_server(tmp_path: Path) -> None:
+    finished = simx_run(tmp_path, "", flags=("--legacy", "4711", "--server", "two_link_arm"))
+    assert finished.returncode == 2
+    assert "leave out --server, --embed and --pyrep" in finished.stderr

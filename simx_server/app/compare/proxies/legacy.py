@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 import socket
+import struct
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -109,7 +110,7 @@ class LegacyProxy:
                 exchange = Exchange(self._collector, self._lock)
                 while self._exchange(exchange, program, simulator):
                     pass
-        except (BadPeer, Malformed, EOFError, OSError) as problem:
+        except (BadPeer, Malformed, forms.Unreadable, struct.error, EOFError, OSError) as problem:
             if str(problem) and not self._is_closed:
                 self.problems.append(str(problem))
 
@@ -245,7 +246,7 @@ class Exchange:
             return
         try:
             numbers = numbers_of(wire, read_values(wire, request.payload))
-        except forms.Unreadable:
+        except (forms.Unreadable, struct.error):
             return
         time = self._collector.at(reply.time)
         if time is not None and numbers and all(map(math.isfinite, numbers)):

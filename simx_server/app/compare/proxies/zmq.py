@@ -180,6 +180,10 @@ def _numbers(value: Any) -> Iterator[float]:
             yield from _numbers(each)
 
 
+class _Refusal(CommandError):
+    """The simulator refused a call of the observer."""
+
+
 class _Observer:
     """Reads the states of the simulator's objects."""
 
@@ -190,7 +194,7 @@ class _Observer:
         self._joints: list[int] = []
         self.names: dict[int, str] = {}
         self._last: float | None = None
-        self._count = -1
+        self._handles: list[int] = []
 
     def start(self) -> None:
         """Get to know the simulator. Raises CommandError: it does not answer."""
@@ -202,8 +206,12 @@ class _Observer:
             began = float(self._ask("sim.getSimulationTime"))
             if self._last is not None and abs(began - self._last) < SAME_TIME:
                 return
-            self._find_objects()
-            sample = list(self._read())
+            try:
+                self._find_objects()
+                sample = list(self._read())
+            except _Refusal:  # an object was removed meanwhile
+                self._handles = []
+                continue
             if abs(float(self._ask("sim.getSimulationTime")) - began) < SAME_TIME:
                 self._last = began
                 time = self._collector.at(began)
@@ -213,9 +221,8 @@ class _Observer:
 
     def _find_objects(self) -> None:
         handles: list[int] = self._ask("sim.getObjectsInTree", _HANDLE_SCENE)[:MOST_OBJECTS]
-        if len(handles) == self._count:
+        if handles == self._handles:
             return
-        self._count = len(handles)
         self.names = {handle: str(self._ask("sim.getObjectAlias", handle, _FULL_PATH)) for handle in handles}
         kinds = {handle: self._ask("sim.getObjectType", handle) for handle in handles}
         self._joints = [
@@ -223,6 +230,7 @@ class _Observer:
             for handle, kind in kinds.items()
             if kind == _JOINT_TYPE and self._ask("sim.getJointType", handle) != _SPHERICAL
         ]
+        self._handles = handles
 
     def _read(self) -> Iterator[tuple[Quantity, Sequence[float]]]:
         for handle, name in self.names.items():
@@ -244,14 +252,16 @@ class _Observer:
             if not self.socket.poll(TIMEOUT_MS):
                 raise CommandError(f"the simulator did not answer {function} within {TIMEOUT_MS / 1000:g} s")
             answer = _loads(self.socket.recv())
-            if "err" in answer or not answer:
-                raise CommandError(f"the simulator refused {function}: {answer!r:.200}")
+            if "err" in answer:
+                raise _Refusal(f"the simulator refused {function}: {answer['err']!s:.200}")
+            if not answer:
+                raise CommandError(f"the simulator answered {function} with something that is no map")
             if answer.get("func") == "_*repeat*_":
                 self.socket.send(dumps(message))
             elif "func" in answer:
                 self.socket.send(dumps(message | {"func": EXECUTED, "args": [], "argsL": 0}))
             else:
-                results: list[Any] = answer["ret"]
+                results: list[Any] = answer.get("ret") or [None]
                 return results[0] if len(results) == 1 else results
 
 
