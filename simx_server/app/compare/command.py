@@ -74,6 +74,11 @@ exit codes: 0 equal within the tolerances, 1 a failure, 2 wrong usage, 3 they de
         help="such as position=0.01; repeatable",
     )
     parser.add_argument(
+        "--allow-code",
+        action="store_true",
+        help="also replay recordings in which clients had their own code run",
+    )
+    parser.add_argument(
         "--timeout", metavar="S", type=float, default=300.0, help="end the program after (300)"
     )
     parser.add_argument(

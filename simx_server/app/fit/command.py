@@ -60,8 +60,8 @@ values:
 {values}
 
 example:
-  {program} robot.py --scene scene.xml --recorded original.npz --free elbow.friction --free cube.friction=0.1:2
-    --save fitted.xml
+  {program} robot.py --scene scene.xml --recorded original.npz --save fitted.xml
+    --free elbow.damping --free cube.friction=0.1:2
 The program runs once; each candidate repeats its calls. Keep what you know fixed, and free few values.
 exit codes: 0 done, 1 a failure, 2 wrong usage
 """,
@@ -92,6 +92,11 @@ exit codes: 0 done, 1 a failure, 2 wrong usage
     )
     parser.add_argument("--iterations", metavar="N", type=int, default=30, help="at most (30)")
     parser.add_argument("--json", action="store_true", help="print one line of JSON")
+    parser.add_argument(
+        "--allow-code",
+        action="store_true",
+        help="also replay recordings in which clients had their own code run",
+    )
     parser.add_argument(
         "--timeout", metavar="S", type=float, default=300.0, help="end the program after (300)"
     )

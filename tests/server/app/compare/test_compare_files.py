@@ -22,7 +22,7 @@ NAMES = Names("original", "here")
 
 
 def run_of(joint: list[float], *, step: float = 0.05, calls: list[Call] | None = None) -> Run:
-    times = step * np.arange(1, len(joint) + 1)
+    times = np.array([step * (place + 1) for place in range(len(joint))])
     values = np.array(joint)[:, None]
     return Run({HINGE: Series(times, values)}, calls or [], True)
 

@@ -166,6 +166,7 @@ def test_another_height_departs_with_the_box_from_the_start(reference: tuple[str
         Quantity(BOX[protocol], "position"),
         pytest.approx(0.02, abs=1e-4),
     )
+    assert first.time is not None
     assert first.time <= 0.05
 
 
