@@ -32,8 +32,8 @@ def exposure(endpoints: Sequence[str], config: Any) -> str | None:
         return None
     return (
         f"whoever reaches {', '.join(open_ones)} can do everything a client can, unasked: nothing there wants a "
-        "password or a certificate; give --config FILE with a login or mutual TLS (recipes: docs/operators/security.md), "
-        "or leave --listen away"
+        "password or a certificate; give --config FILE with a login or mutual TLS "
+        "(recipes: docs/operators/security.md), or leave --listen away"
     )
 
 
