@@ -12,7 +12,7 @@ from simx_server.scene.formats.vrep.converting import convert
 from simx_server.scene.formats.vrep.objects import VrepFile
 from simx_server.scene.formats.vrep.reading import read_file
 
-FOLDER = Path(__file__).resolve().parents[3] / "shared" / "ttt-samples"
+FOLDER = Path(__file__).resolve().parents[4] / "shared" / "ttt-samples"
 
 ALL = sorted(path for path in FOLDER.rglob("*") if path.suffix in (".ttt", ".ttm"))
 
