@@ -167,10 +167,12 @@ class Model:
         if not sent.question.every_call_counts:
             for index, other in enumerate(self.outbox):
                 if other.question.key == sent.question.key and other.kind != "end":
+                    # A call that takes the place of a discontinuing one still ends the stream.
+                    ends = [Sent("end", other.question, 0, ends=other.ends)] if other.ends else []
                     if not sent.question.carries_value:
-                        self.outbox[index] = sent
+                        self.outbox[index : index + 1] = [*ends, sent]
                         return
-                    del self.outbox[index]
+                    self.outbox[index : index + 1] = ends
                     break
         self.outbox.append(sent)
 

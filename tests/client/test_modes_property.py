@@ -198,7 +198,7 @@ def test_a_stream_that_took_nothing_leaves_nothing_when_it_is_replaced() -> None
 
 
 _SETTINGS = settings(
-    max_examples=many(60),
+    max_examples=many(20),
     stateful_step_count=150,
     deadline=None,
     derandomize=True,
