@@ -71,23 +71,32 @@ WAYS_OUT = [
 ]
 
 
-@pytest.fixture
-def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The workspace; beside it forbidden files, and links to that from the inside."""
-    folder = tmp_path / "workspace"
+def lay_out(outside: Path) -> Path:
+    """Make a workspace in a folder; beside it forbidden files, and links to that from the inside."""
+    folder = outside / "workspace"
     (folder / "inside").mkdir(parents=True)
     (folder / "arm.xml").write_text(ARM)
-    (folder / "link").symlink_to(tmp_path)
-    (folder / "dangling").symlink_to(tmp_path / "not there")
+    (folder / "link").symlink_to(outside)
+    (folder / "dangling").symlink_to(outside / "not there")
     (folder / "loop").symlink_to(folder / "loop")
     for name, content in SECRETS.items():
-        (tmp_path / name).write_text(content)
-        (folder / f"link-{name}").symlink_to(tmp_path / name)
+        (outside / name).write_text(content)
+        (folder / f"link-{name}").symlink_to(outside / name)
         (folder / f"chain-{name}").symlink_to(folder / f"link-{name}")
-    # where a shell's or a wrong reading of relative names would look
-    monkeypatch.setenv("HOME", str(tmp_path))
-    monkeypatch.chdir(tmp_path)
     return folder
+
+
+def stand(monkeypatch: pytest.MonkeyPatch, outside: Path) -> None:
+    """Stand where a shell's or a wrong reading of relative names would look."""
+    monkeypatch.setenv("HOME", str(outside))
+    monkeypatch.chdir(outside)
+
+
+@pytest.fixture
+def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The workspace."""
+    stand(monkeypatch, tmp_path)
+    return lay_out(tmp_path)
 
 
 @pytest.fixture
@@ -100,6 +109,30 @@ def world(there: Path) -> Iterator[RealWorld]:
 @pytest.fixture
 def client(world: RealWorld) -> int:
     return world.client()
+
+
+@pytest.fixture(scope="module")
+def outside(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder around the workspace of `lasting`."""
+    return tmp_path_factory.mktemp("outside")
+
+
+@pytest.fixture(scope="module")
+def lasting(outside: Path) -> Iterator[RealWorld]:
+    """A world for calls that leave files as they are."""
+    folder = lay_out(outside)
+    world = RealWorld(folder / "arm.xml", workspace=folder)
+    yield world
+    world.close()
+
+
+@pytest.fixture
+def visitor(lasting: RealWorld, outside: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A new client of that world."""
+    stand(monkeypatch, outside)
+    client = lasting.client()
+    yield client
+    v.simxFinish(client)
 
 
 def everything(folder: Path) -> dict[str, bytes | None]:
@@ -142,19 +175,19 @@ def send(client: int, command: str, arguments: list[Any]) -> tuple[int, str]:
     ids=lambda text: ascii(text[:30]),
 )
 def test_no_command_finds_the_way_out(
-    client: int, world: RealWorld, tmp_path: Path, command: str, way: str
+    visitor: int, lasting: RealWorld, outside: Path, command: str, way: str
 ) -> None:
     name, function, more = COMMANDS[command]
-    before, scene = everything(tmp_path), world.simulation.scene
+    before, scene = everything(outside), lasting.simulation.scene
     number_of_objects = len(scene.objects)
-    code, text = send(client, function, [way.format(name=name, outside=tmp_path), *more])
+    code, text = send(visitor, function, [way.format(name=name, outside=outside), *more])
     assert code == REMOTE_ERROR
     assert text
     assert "internal error" not in text
-    assert everything(tmp_path) == before
-    assert world.simulation.scene is scene
+    assert everything(outside) == before
+    assert lasting.simulation.scene is scene
     assert len(scene.objects) == number_of_objects
-    assert v.simxGetUIHandle(client, "panel", BLOCKING)[0] == REMOTE_ERROR
+    assert v.simxGetUIHandle(visitor, "panel", BLOCKING)[0] == REMOTE_ERROR
 
 
 @pytest.mark.parametrize("way", ODD_BUT_INSIDE)
@@ -165,12 +198,12 @@ def test_odd_names_of_new_files_mean_files_of_the_workspace(client: int, there: 
 
 
 @pytest.mark.parametrize("way", WAYS_OUT, ids=lambda way: ascii(way[:30]))
-def test_file_that_is_sent_ahead_goes_under_a_name_of_its_own(client: int, tmp_path: Path, way: str) -> None:
-    before = everything(tmp_path)
-    name = way.format(name="secret.xml", outside=tmp_path)
-    if send(client, "lendFile", ["path", name, CUBE.encode()])[0] == 0:
-        send(client, "simxLoadModel", ["path", 1])
-    assert everything(tmp_path) == before
+def test_file_that_is_sent_ahead_goes_under_a_name_of_its_own(visitor: int, outside: Path, way: str) -> None:
+    before = everything(outside)
+    name = way.format(name="secret.xml", outside=outside)
+    if send(visitor, "lendFile", ["path", name, CUBE.encode()])[0] == 0:
+        send(visitor, "simxLoadModel", ["path", 1])
+    assert everything(outside) == before
 
 
 REFERENCES = {
