@@ -86,7 +86,8 @@ def world_with_hook() -> Iterator[World]:
 
 
 def test_a_namespace_is_required_with_its_version() -> None:
-    assert "true, true" in printed("print(require('sim-1') == require 'sim', require 'simIK-2' == simIK)")
+    assert "true, true" in printed("print(require('sim-1') == require 'sim', require 'simIK-1' == simIK)")
+    assert "true" in printed("print(require('simIK-2').createEnvironment == simIK.createEnvironment)")
     assert "true, true" in printed(
         "local sim2 = require('sim-2') print(sim2 ~= sim, sim2.getObject == sim.getObject)"
     )

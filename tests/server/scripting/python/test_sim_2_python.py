@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 from handler_calls import World
+
+from simx_server.parts.custom_data import SCENE as SCENE_HANDLE
 
 SCRIPT = """
 sim = require('sim-2')
@@ -76,3 +79,48 @@ def test_members_are_read_and_set(found: Any) -> None:
 
 def test_phases_are_called(found: Any) -> None:
     assert found[1] == 2
+
+
+MOTIONS = """
+sim, Motion = require('sim-2'), require('Motion')
+
+
+def sysCall_thread():
+    hinge = sim.scene.getObject('/hinge')
+    limits = {'maxVel': [4.0], 'maxAccel': [40.0], 'maxJerk': [400.0]}
+    motion = Motion.RuckigPosition({'pos': [0.0], 'targetPos': [0.5], **limits})
+    while motion.step() == 0:
+        hinge.joint.position = motion.data()['pos'][0]
+        sim.self.step()
+    motion.remove()
+    speed = Motion.RuckigVelocity({'pos': [0.0], 'targetVel': [1.0], **limits})
+    while speed.step() == 0:
+        pass
+    move = Motion.MoveToConfig({'joints': [hinge], 'targetPos': [1.0], **limits})
+    move.run()
+    move.remove()
+    fastest = Motion.TimeOptimalTrajectory()
+    points, times = fastest.generate({
+        'path': [[0.0, 0.5, 1.0]], 'pathLengths': [0.0, 0.5, 1.0], 'maxVel': [1.0], 'maxAccel': [5.0], 'samples': 20,
+    })
+    sim.scene.customData.done = repr(
+        [motion.data()['pos'][0], speed.data()['vel'][0], hinge.joint.position, points[0][-1], len(times)]
+    )
+"""
+
+
+def test_motions_move_joints(tmp_path: Path) -> None:
+    (tmp_path / "look.py").write_text(MOTIONS)
+    (tmp_path / "scene.xml").write_text(SCENE)
+    world = World(file=tmp_path / "scene.xml", workspace=tmp_path)
+    world.run(60)
+    try:
+        problems = [script.problem for script in world.parts.scripts.all() if script.problem]
+        assert not problems
+        found = world.parts.custom_data.read_typed(SCENE_HANDLE, "done")
+        assert found is not None
+        position, speed, joint, end, count = eval(found[1])
+        assert [position, speed, end, count] == pytest.approx([0.5, 1.0, 1.0, 20], abs=1e-6)
+        assert joint == pytest.approx(1.0, abs=0.06)  # a hinge without a motor has moved on in the last step
+    finally:
+        world.parts.scripts.close()
