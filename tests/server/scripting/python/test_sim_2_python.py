@@ -121,6 +121,6 @@ def test_motions_move_joints(tmp_path: Path) -> None:
         assert found is not None
         position, speed, joint, end, count = eval(found[1])
         assert [position, speed, end, count] == pytest.approx([0.5, 1.0, 1.0, 20], abs=1e-6)
-        assert joint == pytest.approx(1.0, abs=0.06)  # a hinge without a motor has moved on in the last step
+        assert joint == pytest.approx(1.0, abs=0.06)  # the joint follows its target
     finally:
         world.parts.scripts.close()
