@@ -13,7 +13,7 @@ import numpy as np
 
 from .encoding import structs
 from .errors import MessageError
-from .layouts import Field, Layout
+from .layouts import Field, Layout, WideString
 from .primitives import Primitive
 
 MOST_BYTES = 64 << 20
@@ -26,6 +26,7 @@ larger than its bytes, in a microsecond.
 
 _BIG_ENDIAN = b"\x00\x00"
 _LITTLE_ENDIAN = b"\x00\x01"
+_LARGEST_UNIT = 0xFFFF
 _MOST_PADDING = 7
 """Bytes after the last field, and for each empty sequence: ROS 2 counts their padding when it writes a message with
 `serialize_message`, and leaves it at the end.
@@ -87,6 +88,25 @@ class _Reader:
             text = raw[:-1].decode()
         except UnicodeDecodeError as error:
             raise self.fail(field, f"a string is not UTF-8: {error}") from None
+        if longest and len(text) > longest:
+            raise self.fail(field, f"a string has {len(text)} characters, and at most {longest} are valid")
+        return text
+
+    def wide_text(self, field: str, longest: int = 0) -> str:
+        count = self.count(field)
+        end = self.at + 4 * count
+        if end > len(self.data):
+            room = len(self.data) - self.at
+            raise self.fail(field, f"a wide string of {count} units does not fit into {room} bytes")
+        units = np.frombuffer(self.data, "<u4", count, self.at)
+        self.at = end
+        self.spare += 4  # ROS 2 counts a final NUL there
+        if count and int(units.max()) > _LARGEST_UNIT:
+            raise self.fail(field, "a wide string has a unit of more than 16 bits")
+        try:
+            text = units.astype("<u2").tobytes().decode("utf-16-le")
+        except UnicodeDecodeError as error:
+            raise self.fail(field, f"a wide string is not UTF-16: {error}") from None
         if longest and len(text) > longest:
             raise self.fail(field, f"a string has {len(text)} characters, and at most {longest} are valid")
         return text
@@ -161,9 +181,12 @@ class Decoders:
                 if field.count is None
                 else _several(field, read, 1, _objects(field.kind))
             )
-        if field.count is None:
-            return _string(field.name, field.longest)
-        return _several(field, lambda reader: reader.text(field.name, field.longest), 4, 1)
+        read_text = _Reader.wide_text if field.kind is WideString else _Reader.text
+
+        def read_one(reader: _Reader) -> str:
+            return read_text(reader, field.name, field.longest)
+
+        return _single(field.name, read_one) if field.count is None else _several(field, read_one, 4, 1)
 
 
 def _objects(layout: Layout) -> int:
@@ -200,14 +223,7 @@ def _skip_byte(reader: _Reader, _found: dict[str, Any]) -> None:
     reader.at += 1
 
 
-def _string(name: str, longest: int) -> _Step:
-    def step(reader: _Reader, found: dict[str, Any]) -> None:
-        found[name] = reader.text(name, longest)
-
-    return step
-
-
-def _single(name: str, read: _Read) -> _Step:
+def _single(name: str, read: Callable[[_Reader], Any]) -> _Step:
     def step(reader: _Reader, found: dict[str, Any]) -> None:
         found[name] = read(reader)
 

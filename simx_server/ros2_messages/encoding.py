@@ -1,7 +1,8 @@
 """Make the CDR bytes of messages, with one function per layout that is compiled from Python text.
 
 Rules of CDR version 1, little endian: a number is aligned to its size, counted from the end of the header of four
-bytes; a string is the count of its bytes with the final NUL, then these; a sequence is its count, then its values.
+bytes; a string is the count of its bytes with the final NUL, then these; a wide string the count of its units, then
+these; a sequence is its count, then its values.
 
 The text of a function collects the plain values that follow each other, and packs them with one call of `struct`.
 The padding depends on where the values start, so each such run has eight `struct` objects, one per start modulo 8.
@@ -16,7 +17,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .layouts import Field, Layout
+from .layouts import Field, Layout, WideString
 from .primitives import COUNT, Primitive
 
 HEADER = b"\x00\x01\x00\x00"
@@ -55,6 +56,8 @@ class _Compiler:
             "_numbers": _numbers,
             "_array": _array,
             "_texts": _texts,
+            "_wide": _wide,
+            "_wide_texts": _wide_texts,
             "_exact": _exact,
         }
         self._run: list[tuple[Primitive, str]] = []
@@ -85,8 +88,9 @@ class _Compiler:
         elif isinstance(field.kind, Layout):
             self._message(field.kind, self._let(value))
         else:
-            text = self._let(f"{value}.encode() + b'\\0'")
-            self._run.append((COUNT, f"len({text})"))
+            is_wide = field.kind is WideString
+            text = self._let(f"_wide({value})" if is_wide else f"{value}.encode() + b'\\0'")
+            self._run.append((COUNT, f"len({text}){' // 4' if is_wide else ''}"))
             self._flush()
             self._lines += [f"add({text})", f"n += len({text})"]
 
@@ -97,7 +101,8 @@ class _Compiler:
             self._messages(field.kind, value, count)
         else:
             # The encoded form has the count; an array of a fixed number of strings has none.
-            text = self._let(f"_texts({value}, {count})")
+            function = "_wide_texts" if field.kind is WideString else "_texts"
+            text = self._let(f"{function}({value}, {count})")
             self._flush(align=4)
             self._lines += [f"add({text})", f"n += len({text})"]
 
@@ -215,6 +220,20 @@ def _texts(value: Any, count: int) -> bytes:
     names = tuple(value)
     encoded = _kept(names) if len(names) <= _MOST_KEPT else _joined(names)
     return encoded[4:] if count else encoded
+
+
+def _wide(text: str) -> bytes:
+    """Return the 16-bit units of a string, with 32 bits each."""
+    return np.frombuffer(text.encode("utf-16-le"), "<u2").astype("<u4").tobytes()
+
+
+def _wide_texts(value: Any, count: int) -> bytes:
+    """Return what `_texts` returns, of wide strings."""
+    if isinstance(value, str) or (count and len(value) != count):
+        raise ValueError
+    made = [_wide(text) for text in value]
+    found = b"".join(struct.pack("<I", len(each) // 4) + each for each in made)
+    return found if count else struct.pack("<I", len(made)) + found
 
 
 def _joined(names: tuple[str, ...]) -> bytes:

@@ -15,7 +15,7 @@ from typing import TypeAlias
 from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import StartError
 
-from .layouts import Field, Kind, Layout, Value
+from .layouts import Field, Kind, Layout, Value, WideString
 from .primitives import PRIMITIVES, Primitive
 
 Find: TypeAlias = Callable[[str], Layout]
@@ -41,15 +41,12 @@ _LINE = re.compile(
 _FIELD_NAME = re.compile(r"[a-z](?:_?[a-z0-9])*")
 _CONSTANT_NAME = re.compile(r"[A-Z](?:_?[A-Z0-9])*")
 _ITEM = re.compile(r"\s*(\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|[^,]*)\s*(?:,|$)")
+_STRINGS = {"string": str, "wstring": WideString}
 _TRUTH = {"true": True, "1": True, "false": False, "0": False}
 
 
 class DefinitionError(StartError):
     """A definition cannot be used; the text names it, and says what is wrong."""
-
-
-class WideStrings(DefinitionError):
-    """A definition is valid, and has a string of 16-bit characters, which the server does not read and write."""
 
 
 def read_interface(package: str, kind: str, name: str, lines: Iterable[str], find: Find) -> Iterator[Layout]:
@@ -109,7 +106,7 @@ def _layout(name: str, lines: Iterable[str], find: Find) -> Layout:
 def _field(owner: str, match: re.Match[str], find: Find) -> Field:
     kind = _kind(owner, match["kind"], find)
     longest = int(match["longest"] or 0)
-    if match["longest"] and kind is not str:
+    if match["longest"] and kind not in _STRINGS.values():
         raise DefinitionError(f"{owner}: only strings have a limit such as <={longest} behind their type")
     is_array = match["array"] is not None
     number = int(match["count"] or 0)
@@ -132,10 +129,8 @@ def _field(owner: str, match: re.Match[str], find: Find) -> Field:
 
 
 def _kind(owner: str, written: str, find: Find) -> Kind:
-    if written == "string":
-        return str
-    if written == "wstring":
-        raise WideStrings(f"{owner}: the type wstring is not supported; use string, which has UTF-8")
+    if written in _STRINGS:
+        return _STRINGS[written]
     if written in PRIMITIVES:
         return PRIMITIVES[written]
     if written.count("/") == 2:
@@ -170,9 +165,9 @@ def _items(text: str) -> Iterator[str]:
 
 def _constant(owner: str, match: re.Match[str]) -> Value:
     written = match["kind"]
-    if match["array"] is not None or (written not in PRIMITIVES and written != "string"):
+    if match["array"] is not None or (written not in PRIMITIVES and written not in _STRINGS):
         raise DefinitionError(f"{owner}: constant {match['name']} is not a single plain value")
-    kind = str if written == "string" else PRIMITIVES[written]
+    kind = _STRINGS.get(written) or PRIMITIVES[written]
     return _value(owner, match["name"], kind, match["constant"].strip())
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from hashlib import sha256
 from typing import Any
 
-from .layouts import Field, Layout
+from .layouts import Field, Layout, WideString
 from .primitives import Primitive
 
 _NUMBERS = {
@@ -28,7 +28,7 @@ _NUMBERS = {
     "bool": 15,
     "byte": 16,
 }
-_NESTED, _STRING, _BOUNDED_STRING = 1, 17, 21
+_NESTED, _STRING, _BOUND = 1, 17, 4
 _ARRAY, _BOUNDED, _SEQUENCE = 48, 96, 144
 
 _TIME = "builtin_interfaces/msg/Time"
@@ -102,7 +102,7 @@ class TypeHashes:
             return _described(field.name, above + _NESTED, capacity, field.kind.name)
         if isinstance(field.kind, Primitive):
             return _described(field.name, above + _NUMBERS[field.kind.name], capacity)
-        number = _BOUNDED_STRING if field.longest else _STRING
+        number = _STRING + (field.kind is WideString) + (_BOUND if field.longest else 0)
         return _described(field.name, above + number, capacity, longest=field.longest)
 
     def _add_service(self, name: str) -> None:

@@ -11,12 +11,16 @@ from .primitives import Primitive
 Value: TypeAlias = bool | int | float | str
 
 
+class WideString(str):
+    """The kind of a string of 16-bit units (`wstring`), each of which is sent as a number of 32 bits."""
+
+
 @dataclass(frozen=True, slots=True)
 class Field:
     """One field of a message.
 
     Attributes:
-        kind: a plain type, `str`, or the layout of another message.
+        kind: a plain type, `str`, `WideString`, or the layout of another message.
         count: None for one value, 0 for a sequence of any length, else the length of an array.
         default: value of a field that is not set; a tuple of values for a sequence or an array, empty if the definition
             has none.

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from .grammar import PARTS, DefinitionError, WideStrings, read_interface, unknown_type
+from .grammar import PARTS, DefinitionError, read_interface, unknown_type
 from .hashing import TypeHashes
 from .layouts import Layout
 
@@ -123,7 +123,7 @@ def _read(name: str, path: Path) -> str:
 def add_own(texts: Mapping[str, str], known: Mapping[str, Layout]) -> dict[str, Layout]:
     """Return the layouts that are known, and those of these definitions.
 
-    A definition of a type that is known does not replace it. Definitions with the type wstring are left out.
+    A definition of a type that is known does not replace it.
 
     Args:
         texts: of definitions, by name.
@@ -132,14 +132,8 @@ def add_own(texts: Mapping[str, str], known: Mapping[str, Layout]) -> dict[str, 
         DefinitionError: a text is not a definition, needs an unknown type, contains itself, or is too large.
     """
     reader = _Reader(texts, known)
-    left_out: list[str] = []
     for name in texts:
-        try:
-            reader.read(name)
-        except WideStrings:
-            left_out.append(name)
-    if left_out:
-        logger.warning("left out, since they have the type wstring: %s", ", ".join(left_out)[:500])
+        reader.read(name)
     mine, its = TypeHashes({**known, **reader.found}), TypeHashes(known)
     for name in sorted(reader.found.keys() & known.keys()):
         if mine.of(name) != its.of(name):
@@ -169,12 +163,10 @@ class _Reader:
                 f"{self._under_way[0]} has more than {MOST_DEPTH} messages within each other"
             )
         self._under_way.append(name)
-        try:
-            for layout in read_interface(package, kind, short, self._texts[name].splitlines(), self._find):
-                self._check_size(layout)
-                self.found[layout.name] = layout
-        finally:
-            self._under_way.pop()
+        for layout in read_interface(package, kind, short, self._texts[name].splitlines(), self._find):
+            self._check_size(layout)
+            self.found[layout.name] = layout
+        self._under_way.pop()
 
     def _check_size(self, layout: Layout) -> None:
         fields, values = self._size(layout)

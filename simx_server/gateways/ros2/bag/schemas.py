@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simx_server.ros2_messages.layouts import Field, Layout
+from simx_server.ros2_messages.layouts import Field, Layout, WideString
 from simx_server.ros2_messages.primitives import Primitive
 
 _LINE = "=" * 80
@@ -42,7 +42,8 @@ def _type(field: Field) -> str:
 
 
 def _string(field: Field) -> str:
-    return f"string<={field.longest}" if field.longest else "string"
+    name = "wstring" if field.kind is WideString else "string"
+    return f"{name}<={field.longest}" if field.longest else name
 
 
 def _short(name: str) -> str:

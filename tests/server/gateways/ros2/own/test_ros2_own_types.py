@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -91,14 +92,29 @@ def test_a_copy_of_a_type_of_the_server_is_passed_over_and_another_one_is_logged
     texts = {
         "std_msgs/msg/Bool": "bool data",
         "std_msgs/msg/Int8": "int16 data",
-        "a/msg/A": "std_msgs/Int8 x\nwstring y",
+        "a/msg/A": "std_msgs/Int8 x",
     }
     found = known_types(texts)
     assert found.newer.messages["std_msgs/msg/Int8"].hash == BUILT_IN.newer.messages["std_msgs/msg/Int8"].hash
     assert "std_msgs/msg/Int8 differs from the server's own definition, which is kept" in caplog.text
     assert "std_msgs/msg/Bool" not in caplog.text
-    assert "left out, since they have the type wstring: a/msg/A" in caplog.text
-    assert "a/msg/A" not in found.newer.messages
+    assert "a/msg/A" in found.newer.messages
+
+
+def test_wide_strings_are_units_of_32_bits_as_ros_2_sends_them() -> None:
+    kind = known_types({"a/msg/A": "wstring<=5 x\nwstring[] y"}).newer.messages["a/msg/A"]
+    data = kind.encode({"x": "aß\U0001f600", "y": ["", "b"]})
+    units = [4, 0x61, 0xDF, 0xD83D, 0xDE00, 2, 0, 1, 0x62]
+    assert data == struct.pack("<4s9I", b"\0\1\0\0", *units)
+    assert kind.decode(data) == {"x": "aß\U0001f600", "y": ["", "b"]}
+    for bad, said in (
+        ([9], "a wide string of 9 units does not fit into 0 bytes"),
+        ([1, 0x10000], "a unit of more than 16 bits"),
+        ([1, 0xD83D], "a wide string is not UTF-16"),
+        ([6, *[0x61] * 6], "a string has 6 characters, and at most 5 are valid"),
+    ):
+        with pytest.raises(MessageError, match=said):
+            kind.decode(struct.pack(f"<4s{len(bad)}I", b"\0\1\0\0", *bad))
 
 
 DEEP = {f"a/msg/M{number}": f"M{number + 1} x" for number in range(60)} | {"a/msg/M60": "bool x"}
