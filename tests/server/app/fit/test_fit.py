@@ -146,8 +146,8 @@ def test_each_value_stands_where_the_scene_has_it() -> None:
         free.put(spec, 0.5)
         assert free_of(f"{owner}.{name}", spec).start == pytest.approx(0.5)
     assert spec.joint("pivot").armature == 0.5
-    spec.joint("hinge").name = "arm.1"
-    dotted = free_of("arm.1.damping=0.01:0.9", spec)
+    renamed = mujoco.MjSpec.from_string(SCENE.format(**TRUE).replace('name="pivot"', 'name="arm.1"'))
+    dotted = free_of("arm.1.damping=0.01:0.9", renamed)
     assert (dotted.owner, dotted.least, dotted.most) == ("arm.1", 0.01, 0.9)
     assert spec.geom("disc").friction[0] == 0.5
     assert free_of("hinge.friction", spec).start == free_of("hinge.friction", spec).least, (
