@@ -56,7 +56,7 @@ def _coordinates(world: World, handle: int) -> list[float]:
     """Return u and v of the texture at the corners of the triangles; none for a shape without such a texture."""
     model = world.simulation.model
     found = (part_texture(model, each.geom) for each in world.shape_colors.parts(handle))
-    return next((each.coordinates.ravel().tolist() for each in found if each is not None), [])
+    return next((each.coordinates.ravel().tolist() for each in found if each is not None), list[float]())
 
 
 MESH = (
