@@ -23,6 +23,7 @@ from real_world import Open, RealWorld, World
 import simx_client as v
 from simx_client.checking import regular as checked_functions
 from simx_client.checking import scene as checked_scene
+from simx_client.client.worlds import worker
 from simx_server.scene.trial import helper as trial_helper
 from simx_server.sensors.opengl import backend as opengl
 from simx_server.world import world as composition
@@ -298,16 +299,16 @@ def shared_probes() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def forked_checks() -> Iterator[None]:
-    """Checks of programs, which ask a server for its functions and scenes, fork it."""
+def forked_servers() -> Iterator[None]:
+    """Checks of programs, which ask a server for its functions and scenes, fork it; so do worlds in processes."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (checked_functions, checked_scene):
+        for module in (checked_functions, checked_scene, worker):
             patch.setattr(module, "subprocess", ForkingSubprocess())
         yield
 
 
 @pytest.fixture
-def started_checks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Checks start the server in new interpreters, as they do for users."""
-    for module in (checked_functions, checked_scene):
+def started_servers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both start new interpreters, as they do for users."""
+    for module in (checked_functions, checked_scene, worker):
         monkeypatch.setattr(module, "subprocess", subprocess)

@@ -12,6 +12,7 @@ import functools
 import json
 import os
 import select
+import signal
 import socket
 import subprocess
 import sys
@@ -57,6 +58,7 @@ class Forked(subprocess.Popen[str]):
         cwd: the folder where it starts.
         env: its variables; None for those of this process.
         start_new_session: whether it leads a session and a group of processes.
+        pass_fds: file descriptors that it gets under the same numbers.
     """
 
     def __init__(
@@ -69,6 +71,7 @@ class Forked(subprocess.Popen[str]):
         cwd: Path = ROOT,
         env: Mapping[str, str] | None = None,
         start_new_session: bool = False,
+        pass_fds: Sequence[int] = (),
     ) -> None:
         self.args = [str(argument) for argument in arguments]
         self.returncode: int | None = None
@@ -79,6 +82,7 @@ class Forked(subprocess.Popen[str]):
             "folder": str(cwd),
             "environment": dict(env or os.environ),
             "has_own_session": start_new_session,
+            "descriptors": list(pass_fds),
         }
         with contextlib.ExitStack() as given:
             source, self.stdin = _stream(0, stdin, given)
@@ -87,13 +91,14 @@ class Forked(subprocess.Popen[str]):
             reading, report = os.pipe()
             given.callback(os.close, report)
             self._report = os.fdopen(reading, buffering=1)
-            _fork_server().fork(request, [source, sink, errors, report])
+            _fork_server().fork(request, [source, sink, errors, report, *pass_fds])
         self.pid = int(self._report.readline())
 
     def poll(self) -> int | None:
         with self._looking:
             if self.returncode is None and select.select([self._report], [], [], 0)[0]:
-                self.returncode = int(self._report.readline())
+                # Empty: the fork server has ended, and with it the knowledge of how this process did.
+                self.returncode = int(self._report.readline() or -signal.SIGKILL)
                 self._report.close()
         return self.returncode
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from forked import Forked
 from processes import finished
 
 
 class ForkingSubprocess:
-    """Stands in for `subprocess` in a module that runs ``python -P -m simx_server …`` to its end."""
+    """Stands in for `subprocess` in a module that runs a server to its end, or starts a process of worlds."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(subprocess, name)
@@ -26,3 +28,9 @@ class ForkingSubprocess:
         assert text
         assert command[:2] == [sys.executable, "-P"], command
         return finished(*command[2:], folder=Path.cwd(), timeout=timeout)
+
+    @staticmethod
+    def Popen(command: Sequence[str], *, stdin: int, pass_fds: Sequence[int]) -> Forked:
+        """Fork ``python -m …`` in the present folder."""
+        assert command[:2] == [sys.executable, "-m"], command
+        return Forked(command[1:], stdin=stdin, cwd=Path.cwd(), pass_fds=pass_fds)

@@ -281,7 +281,7 @@ def test_a_python_2_script_is_read_with_its_own_lines(capsys: pytest.CaptureFixt
     }  # fmt: skip
 
 
-@pytest.mark.usefixtures("started_checks")
+@pytest.mark.usefixtures("started_servers")
 def test_a_real_scene_is_looked_at_and_the_page_is_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     code = program.main(
         ["check", str(LEGACY / "pendulum_torque.py"), "--scene", str(LEGACY / "pendulum.xml")]

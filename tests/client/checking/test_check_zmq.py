@@ -49,7 +49,7 @@ def test_functions_constants_and_objects_are_found(tmp_path: Path, module: str, 
     )
 
 
-@pytest.mark.usefixtures("started_checks")
+@pytest.mark.usefixtures("started_servers")
 def test_what_is_missing_is_named_and_what_differs_is_told(tmp_path: Path) -> None:
     text = """
         from coppeliasim_zmqremoteapi_client import *

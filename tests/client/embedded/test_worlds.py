@@ -73,6 +73,7 @@ def test_a_world_that_refuses_a_call_leaves_the_others_unchanged(scene: Path) ->
         assert not np.isnan(worlds.step()).any()
 
 
+@pytest.mark.usefixtures("started_servers")
 @pytest.mark.parametrize("processes", [0, 2])
 def test_the_end_of_the_block_ends_all_worlds(scene: Path, processes: int) -> None:
     before = children()
@@ -87,6 +88,7 @@ def test_the_end_of_the_block_ends_all_worlds(scene: Path, processes: int) -> No
     worlds.close()
 
 
+@pytest.mark.usefixtures("started_servers")
 def test_worlds_whose_process_dies_are_lost_and_the_others_go_on(scene: Path) -> None:
     before = children()
     with Worlds(scene, COUNT, processes=2) as worlds:

@@ -120,6 +120,7 @@ def test_without_autoreset_a_mask_resets_the_episodes_that_are_over() -> None:
     environment.close()
 
 
+@pytest.mark.usefixtures("started_servers")
 def test_a_lost_process_is_reported_and_reset_starts_all_again() -> None:
     before = children()
     environment = vector(processes=2)

@@ -6,6 +6,7 @@ The program of `forked.py`. Each request has the command line of `python`, and t
 from __future__ import annotations
 
 import atexit
+import fcntl
 import gc
 import importlib
 import json
@@ -26,6 +27,11 @@ LONGEST_REQUEST = 1 << 18
 """Bytes; a request holds all variables of the environment."""
 
 STREAMS = 3
+MOST_DESCRIPTORS = 8
+"""Passed beside the streams."""
+
+ASIDE = 200
+"""Descriptors from this number on are in nobody's way."""
 
 _MODULES = (
     "lupa.lua54",
@@ -89,20 +95,21 @@ def _wait_for_fork(requests: socket.socket) -> dict[str, Any] | None:
                 _report_ends(reports)
             if requests not in ready:
                 continue
-            data, files, _, _ = socket.recv_fds(requests, LONGEST_REQUEST, STREAMS + 1)
+            data, files, _, _ = socket.recv_fds(requests, LONGEST_REQUEST, STREAMS + 1 + MOST_DESCRIPTORS)
             if not data:
                 return None
-            *streams, report = files
+            streams, report, passed = files[:STREAMS], files[STREAMS], files[STREAMS + 1 :]
             process_id = os.fork()
             if not process_id:
                 signal.set_wakeup_fd(-1)
                 for number, stream in enumerate(streams):
                     os.dup2(stream, number)
+                aside = [fcntl.fcntl(file, fcntl.F_DUPFD, ASIDE) for file in passed]
                 for file in (*files, *reports.values()):
                     os.close(file)
-                return json.loads(data)
-            for stream in streams:
-                os.close(stream)
+                return json.loads(data) | {"aside": aside}
+            for file in (*streams, *passed):
+                os.close(file)
             reports[process_id] = report
             os.write(report, b"%d\n" % process_id)
 
@@ -124,6 +131,9 @@ def _run(request: dict[str, Any]) -> None:
     sys.stdin = sys.__stdin__ = os.fdopen(0, closefd=False)
     sys.stdout = sys.__stdout__ = os.fdopen(1, "w", closefd=False)
     sys.stderr = sys.__stderr__ = os.fdopen(2, "w", buffering=1, errors="backslashreplace", closefd=False)
+    for aside, number in zip(request["aside"], request["descriptors"], strict=True):
+        os.dup2(aside, number)
+        os.close(aside)
     if request["has_own_session"]:
         os.setsid()
     os.chdir(request["folder"])
