@@ -207,8 +207,8 @@ _INDENTED = re.compile(r"(?:^    .*\n(?:^\s*\n)*)+", re.MULTILINE)
 WITH_A_CLIENT = ("user-interface.md",)
 """Pages whose indented programs use the variables of the programs before them: `client`, an id, and `vrep`."""
 
-NEED_MORE = ("recording.md", "view.md")
-"""Pages whose indented programs need a recording, and a notebook."""
+NEED_MORE = ("recording.md", "view.md", "pyrep.md")
+"""Pages whose indented programs need a recording, a notebook, and PyRep with its scenes."""
 
 
 def indented_programs(name: str) -> list[str]:

@@ -161,8 +161,12 @@ class RestOfFile:
     def settings(
         self, *, time_step: float = 0.05, physics_step: float = 0.005, real_time: bool = False, engine: int = 0,
         gravity: Triple = (0.0, 0.0, -9.81), dynamics: bool = True, layers: int = 0xFF, choice: int = 5,
+        bullet: int | None = None,
     ) -> None:  # fmt: skip
-        """Add the settings of a scene. `choice`: in V-REP's list of simulation steps; 5 is `time_step`."""
+        """Add the settings of a scene.
+
+        `choice`: in V-REP's list of simulation steps; 5 is `time_step`. `bullet`: 0 for version 2.78, 283.
+        """
         steps = self._numbers("Sts", "f", time_step) + self._numbers("St2", "q", round(time_step * 1e6))
         if self.ser >= 23:
             steps += self._numbers("St3", "r", time_step)
@@ -172,6 +176,7 @@ class RestOfFile:
         records = self._numbers(tag, "i3r1i", engine, *gravity, 1) if tag == "En3" else self._numbers(
             tag, "i3f1i", engine, *gravity, 1
         )  # fmt: skip
+        records += b"" if bullet is None else self._numbers("Ver", "i", bullet)
         records += array("BuN", (physics_step, 10, 0.1, 0, 0), (100, 0, 0), self.ser)
         records += self._numbers("Stp", "r", physics_step) if self.ser >= 24 else b""
         self.records.append(listed("DYN", records, self._numbers("Var", "B", int(dynamics))))

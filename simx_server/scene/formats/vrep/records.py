@@ -321,6 +321,7 @@ RECORDS: Final[Mapping[str, Mapping[str, str]]] = {
         "En3": "i3ri",  # engine, gravity, preset
         "En2": "i3fi",
         "Eng": "i3fi",
+        "Ver": "i",  # 283 for Bullet 2.83; 0 for 2.78
         "Stp": "r",  # dynamics step
         "BuN": "array",  # the first real number is the dynamics step, in all of these
         "OdN": "array",

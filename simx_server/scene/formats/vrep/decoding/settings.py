@@ -26,6 +26,8 @@ STEPS = {
 ENGINE_TAGS = ("En3", "En2", "Eng")
 """Records of which the first one that a scene has tells its engine and gravity."""
 
+NEWER_BULLET = 283
+
 USUAL_STEPS = (0.2, 0.1, 0.05, 0.025, 0.01)
 """Simulation steps in seconds that V-REP's list offered, by number; the next number is that of a custom one."""
 CUSTOM_STEP = len(USUAL_STEPS)
@@ -59,6 +61,7 @@ def fill_dynamics(settings: Settings, chunks: Chunks) -> None:
         settings.engine = Engine(engine)
     else:
         chunks.note(tag, f"names the unknown engine {engine}; Bullet is taken")
+    settings.has_newer_bullet = chunks.ints("Ver", 0)[0] == NEWER_BULLET
     settings.gravity = vector([as_typed(part) for part in chunks.reals(tag, *settings.gravity)])
     (flags,) = chunks.ints("Var", 1)
     settings.dynamics = bool(flags & 1)

@@ -32,6 +32,8 @@ class Settings:
     physics_step: float = 0.005
     is_real_time: bool = False
     engine: Engine = Engine.BULLET
+    has_newer_bullet: bool = False
+    """Whether Bullet is version 2.83, in place of 2.78."""
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     dynamics: bool = True
     background: tuple[Color, Color] = ((0.75, 0.75, 0.75), (0.75, 0.75, 0.75))

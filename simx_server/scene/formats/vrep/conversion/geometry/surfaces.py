@@ -44,9 +44,10 @@ _SLIPPERY = 1e-3
 """Friction below which there is none."""
 
 _FRICTION_AT = {Engine.BULLET: 1, Engine.ODE: 0, Engine.VORTEX: 0, Engine.NEWTON: 0}
-"""Place of the friction in an engine's real numbers. Bullet has one for its version 2.78, V-REP's default, and one for
-later versions, which is not that of the other engines for the same material.
-"""
+"""Place of the friction in an engine's real numbers; Bullet's is that of version 2.78, V-REP's default."""
+
+_NEWER_BULLET_AT = 2
+"""The same for Bullet 2.83, whose number often differs for the same material."""
 
 _DAMPING_AT: dict[Engine, tuple[int, ...]] = dict.fromkeys((Engine.BULLET, Engine.ODE, Engine.NEWTON), (3, 4))
 """Places of the damping of linear and of angular motion."""
@@ -82,6 +83,8 @@ class Surfaces:
     engine: Engine
     ground: tuple[float, float]
     """Friction and restitution of the shape that most others stand on."""
+    has_newer_bullet: bool = False
+    """Whether Bullet is version 2.83."""
 
     @classmethod
     def of(cls, conversion: Conversion) -> Surfaces:
@@ -91,10 +94,10 @@ class Surfaces:
     @classmethod
     def of_file(cls, file: VrepFile) -> Surfaces:
         """Return the contacts of a file."""
-        engine = file.settings.engine
+        engine, is_newer = file.settings.engine, file.settings.has_newer_bullet
         ground = None if file.is_model else ground_of(file.objects.values())
-        values = _DEFAULT_GROUND if ground is None else _values(ground.surface, engine)
-        return cls(engine, values)
+        values = _DEFAULT_GROUND if ground is None else _values(ground.surface, engine, is_newer)
+        return cls(engine, values, is_newer)
 
     def is_damped(self, shape: Shape) -> bool:
         """Return whether the engine slows a shape down on its own, as a viscous medium does."""
@@ -105,7 +108,7 @@ class Surfaces:
         """Return the contacts of a respondable shape."""
         if self.engine == Engine.MUJOCO and (own := _of_mujoco(shape.surface)) is not None:
             return own
-        friction, bounce = _values(shape.surface, self.engine)
+        friction, bounce = _values(shape.surface, self.engine, self.has_newer_bullet)
         ground_friction, ground_bounce = self.ground
         together = min(friction * ground_friction, _MOST)
         rank = 0 if friction == ground_friction else min(1000, round(100 * _ratio(friction, ground_friction)))
@@ -142,9 +145,11 @@ def _returned(damping: float) -> float:
     return math.exp(-damping / swing * phase)
 
 
-def _values(surface: Surface | None, engine: Engine) -> tuple[float, float]:
+def _values(surface: Surface | None, engine: Engine, has_newer_bullet: bool) -> tuple[float, float]:
     """Return friction and restitution in an engine; what it lacks is taken from Bullet, which all files have."""
     friction = restitution = None
+    if engine == Engine.BULLET and has_newer_bullet:
+        friction = _number(surface, engine, _NEWER_BULLET_AT)
     for each in (engine, Engine.BULLET, Engine.ODE):
         friction = _number(surface, each, _FRICTION_AT.get(each)) if friction is None else friction
     for each in (engine, Engine.BULLET):

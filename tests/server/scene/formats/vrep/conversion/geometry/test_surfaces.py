@@ -87,6 +87,14 @@ def test_friction_is_that_of_the_engine_of_the_scene(engine: Engine) -> None:
     assert Surfaces(Engine.BULLET, (1.0, 0.0)).contact_of(shape).friction[0] == pytest.approx(0.9)
 
 
+def test_bullet_of_version_2_83_has_its_own_friction() -> None:
+    surface = Surface(engines={Engine.BULLET: ([0.0, 1.0, 0.5], [])})
+    shape = shape_of(surface=surface)
+    assert Surfaces(Engine.BULLET, (1.0, 0.0)).contact_of(shape).friction[0] == pytest.approx(1.0)
+    newer = Surfaces(Engine.BULLET, (1.0, 0.0), has_newer_bullet=True)
+    assert newer.contact_of(shape).friction[0] == pytest.approx(0.5)
+
+
 def test_what_an_engine_lacks_is_taken_from_bullet_and_else_from_the_default_material() -> None:
     surfaces = Surfaces(Engine.ODE, (1.0, 0.0))
     assert surfaces.contact_of(shape_of(surface=material(0.3))).friction[0] == pytest.approx(0.3)
