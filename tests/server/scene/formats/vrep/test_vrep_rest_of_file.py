@@ -88,6 +88,14 @@ def test_the_dynamics_step_is_that_of_the_engine(ser: int) -> None:
 
 
 @VERSIONS
+@pytest.mark.parametrize(("number", "is_newer"), [(None, False), (0, False), (283, True)])
+def test_the_version_of_bullet_is_that_of_the_scene(ser: int, number: int | None, is_newer: bool) -> None:
+    writer = VrepWriter(ser)
+    writer.settings(bullet=number)
+    assert read(writer).settings.has_newer_bullet is is_newer
+
+
+@VERSIONS
 @pytest.mark.parametrize("text", ["", "x", "ab", "sim.x()\n", "print('Größe', '→')\n" * 50])
 def test_script_texts_are_unmasked(ser: int, text: str) -> None:
     writer = VrepWriter(ser)
