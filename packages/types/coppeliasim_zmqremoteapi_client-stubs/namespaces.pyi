@@ -4488,15 +4488,16 @@ class SimUI(SimUIConstants):
     def setItemEditable(self, handle: int, id: int, row: int, column: int, editable: bool | int, /) -> None:
         """Do nothing to an existing cell. Stand-in: the user cannot edit cells."""
     def setRowHeight(self, handle: int, id: int, row: int, least: int, most: int | None = None, /) -> None:
-        """Do nothing to an existing table. Stand-in: the web viewer gives cells their size."""
+        """Set the least height of a row, and the greatest, in pixels."""
     def setColumnWidth(self, handle: int, id: int, column: int, least: int, most: int | None = None, /) -> None:
-        """Do nothing to an existing table or tree. Stand-in: the web viewer gives cells their size."""
+        """Set the least width of a column of a table or tree, and the greatest, in pixels."""
     def setTableSelection(self, handle: int, id: int, row: int, column: int, suppress: bool | int | None = True, /) -> None:
-        """Do nothing to an existing table. Stand-in: no cell is shown as selected."""
+        """Select a cell. With `suppress` false, the function of `on-selection-change` gets its row and
+        column."""
     def saveState(self, handle: int, id: int, /) -> bytes:
-        """Return the widths of columns. Stand-in: an empty buffer."""
+        """Return the widths of columns and heights of rows for restoreState."""
     def restoreState(self, handle: int, id: int, state: bytes | bytearray | str, /) -> None:
-        """Do nothing to an existing table. Stand-in: columns have no widths."""
+        """Set what saveState has returned."""
     def clearTree(self, handle: int, id: int, suppress: bool | int | None = True, /) -> None:
         """Remove all items."""
     def addTreeItem(self, handle: int, id: int, item: int, texts: Sequence[str] | _Array, parent: int | None = 0, expanded: bool | int | None = False, suppress: bool | int | None = True, /) -> None:
@@ -4560,10 +4561,10 @@ class SimUI(SimUIConstants):
     def setImageData(self, handle: int, id: int, data: bytes | bytearray | str, width: int, height: int, /) -> None:
         """Show an image: red, green, blue of each pixel, the rows from the top. Viewers get it with at most
         320 pixels a side."""
-    def svgLoadFile(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing widget. Stand-in: such widgets are not shown."""
-    def svgLoadData(self, handle: int, id: int, /, *values: Any) -> None:
-        """Do nothing to an existing widget. Stand-in: such widgets are not shown."""
+    def svgLoadData(self, handle: int, id: int, data: str, /) -> None:
+        """Show vector graphics (SVG) as an image."""
+    def svgLoadFile(self, handle: int, id: int, file: str, /) -> None:
+        """Show vector graphics (SVG) of a file of the workspace."""
     def setUrl(self, handle: int, id: int, /, *values: Any) -> None:
         """Do nothing to an existing widget. Stand-in: such widgets are not shown."""
     def setItemImage(self, handle: int, id: int, /, *values: Any) -> None:
@@ -4612,18 +4613,20 @@ class SimUI(SimUIConstants):
         server."""
     def colorDialog(self, initial: _Floats | None = None, title: str | None = '', /, *more: Any) -> None:
         """Return nil, as for a dialog that the user cancels. Stand-in: the user is not asked."""
-    def bannerCreate(self, text: str, /, *more: Any) -> int:
-        """Print a text to the status bar and return a handle. Stand-in: it has no buttons."""
+    def bannerCreate(self, text: str, keys: Sequence[str] | _Array | None = None, labels: Sequence[str] | _Array | None = None, callback: str | None = None, /) -> int:
+        """Show a text with buttons in a window and return its handle. A click calls the function with the key
+        of the button."""
     def bannerDestroy(self, banner: int, /) -> None:
-        """Do nothing. Stand-in: banners are lines of the status bar."""
+        """Remove a banner."""
     def setClipboardText(self, text: str, /) -> None:
         """Do nothing. Stand-in: the server has no clipboard."""
     def getKeyboardModifiers(self) -> dict[str, Any]:
         """Return the keys that are held down. Stand-in: none."""
     def qtVersion(self) -> list[int]:
         """Return the version of Qt. Stand-in: zeros, since there is none."""
-    def supportedImageFormats(self, separator: str | None = None, /) -> tuple[list[str], str]:
-        """Return the formats of images. Stand-in: none, since images are not shown."""
+    def supportedImageFormats(self, separator: str | None = None, /) -> tuple[list[str], str | Any]:
+        """Return the endings of image files that can be shown, and as one text with a separator between
+        them."""
 
 class SimURDF:
     """The functions and constants of `simURDF`."""

@@ -27,13 +27,12 @@ NUMERIC = ("slider", "spinbox", "progressbar", "combobox", "checkbox", "radiobut
 TEXTS = ("label", "edit", "text-browser", "button", "checkbox", "radiobutton")
 """Kinds with a text that programs can set."""
 
-SHOWN = (*CONTAINERS, *NUMERIC, *TEXTS, "table", "plot", "tree", "image")
+SHOWN = (*CONTAINERS, *NUMERIC, *TEXTS, "table", "plot", "tree", "image", "svg")
 """Kinds that the web viewer shows."""
 
 KEPT = (
     "scene3d",
     "properties",
-    "svg",
     "dataflow",
     "datetime",
     "webview",
@@ -136,6 +135,18 @@ class Widget:
             "enabled": self.is_usable and not self.is_read_only,
             "visible": is_visible,
             "rows": self.kept.get("rows", []) if self.kind == "table" else [],
+            **(
+                {
+                    "columns": self.kept.get("columns", []),
+                    "names": self.kept.get("names", []),
+                    "selected": self.kept.get("selected"),
+                }
+                if self.kind == "table"
+                else {}
+            ),
+            "widths": self.kept.get("widths", {}),
+            "heights": self.kept.get("heights", {}),
+            **({"svg": self.kept.get("svg", "")} if self.kind == "svg" else {}),
             **({"plot": self.plot.view()} if self.kind == "plot" else {}),
             **({"tree": self.tree.view()} if self.kind == "tree" else {}),
             **({"png": self.kept.get("png", "")} if self.kind == "image" else {}),

@@ -42,7 +42,7 @@ _KINDS = {
         name: name
         for name in ("button", "checkbox", "combobox", "edit", "label", "progressbar", "radiobutton")
     },
-    **{name: name for name in ("spinbox", "table", "text-browser", *CONTAINERS, *KEPT)},
+    **{name: name for name in ("spinbox", "table", "text-browser", "svg", *CONTAINERS, *KEPT)},
     "textbrowser": "text-browser",
 }
 _WITH_TEXT = ("label", "button", "checkbox", "radiobutton", "tab")

@@ -21,6 +21,14 @@ class UiPart(ApiPart):
     def _widget(self, handle: int, id: int, *kinds: str) -> Widget:
         return self._window(handle).widget(id, *kinds)
 
+    def _fire(self, function: str, values: tuple[Any, ...]) -> None:
+        """Call a function of the script, which a `@` and a target may follow; an error is printed."""
+        name, _ = split_target(function, "")
+        try:
+            self._world.scripts.run(self._script, name, *values)
+        except ScriptError as problem:
+            self._world.status_bar.add(str(problem))
+
 
 class UiWindowFunctions(UiPart, effect="changes"):
     """Windows. They exist as long as the script that made them runs."""
@@ -89,11 +97,3 @@ class UiWindowFunctions(UiPart, effect="changes"):
     def setStyleSheet(self, handle: int, id: int, _style: str) -> None:
         """Do nothing to an existing widget. Stand-in: style sheets are ignored."""
         self._widget(handle, id)
-
-    def _fire(self, function: str, values: tuple[Any, ...]) -> None:
-        """Call a function of the script, which a `@` and a target may follow; an error is printed."""
-        name, _ = split_target(function, "")
-        try:
-            self._world.scripts.run(self._script, name, *values)
-        except ScriptError as problem:
-            self._world.status_bar.add(str(problem))

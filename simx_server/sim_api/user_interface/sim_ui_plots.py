@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from simx_server.errors import CommandError, Unsupported
+from simx_server.files import workspace
 from simx_server.parts.user_interface.contents.plot import MAX_CURVES, Curve, Plot
 from simx_server.parts.user_interface.widgets import MAX_TEXT
 from simx_server.scripting.interpreter import Constant
@@ -217,15 +218,30 @@ class UiImageFunctions(UiPart, effect="changes"):
         _, png = cv2.imencode(".png", cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR), _FAST)
         widget.kept["png"] = base64.b64encode(png.tobytes()).decode()
 
+    def svgLoadData(self, handle: int, id: int, data: str) -> None:
+        """Show vector graphics (SVG) as an image."""
+        widget = self._widget(handle, id, "svg")
+        if len(data) > MAX_TEXT:
+            raise CommandError(f"vector graphics have at most {MAX_TEXT} characters, not {len(data)}")
+        widget.kept["svg"] = data
+
+    def svgLoadFile(self, handle: int, id: int, file: str) -> None:
+        """Show vector graphics (SVG) of a file of the workspace."""
+        path = workspace.path_within(self._sim.files.workspace, file)
+        if not path.is_file():
+            raise CommandError(f"there is no file '{file[:80]}' in the server's workspace")
+        self._sim.limits.check("file", path.stat().st_size, "make the image smaller")
+        self.svgLoadData(handle, id, path.read_text("utf-8", "replace"))
+
 
 class UiUnseenFunctions(UiPart, effect="changes"):
-    """Widgets that are not shown: properties, 3D scenes, web pages, vector graphics."""
+    """Widgets that are not shown: properties, 3D scenes, web pages."""
 
     def _unseen(self, handle: int, id: int, *_values: Any) -> None:
         """Do nothing to an existing widget. Stand-in: such widgets are not shown."""
         self._widget(handle, id)
 
-    svgLoadFile = svgLoadData = setUrl = setItemImage = setItems = _unseen
+    setUrl = setItemImage = setItems = _unseen
     setProperties = setPropertiesRows = setPropertiesSelection = _unseen
     setPropertiesContextMenu = setPropertiesState = _unseen
     addScene3DNode = removeScene3DNode = setScene3DNodeEnabled = setScene3DNodeParam = _unseen

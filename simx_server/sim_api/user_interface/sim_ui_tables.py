@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from simx_server.errors import Unsupported
+import msgpack
+
+from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.user_interface.contents.tree import Item, Tree
 from simx_server.parts.user_interface.widgets import MAX_TEXT, Widget
 
@@ -10,6 +12,11 @@ from .sim_ui import UiPart
 
 MAX_CELLS = 10_000
 """Most cells of a table, and most items of a tree."""
+
+_WIDTHS, _HEIGHTS = "widths", "heights"
+"""Sizes of columns and rows by number: least and greatest, in pixels."""
+
+_LARGEST = 10_000
 
 
 class UiTableFunctions(UiPart, effect="changes"):
@@ -109,30 +116,46 @@ class UiTableFunctions(UiPart, effect="changes"):
         """Do nothing to an existing cell. Stand-in: the user cannot edit cells."""
         self._cell(self._table(handle, id), row, column)
 
-    def setRowHeight(self, handle: int, id: int, _row: int, _least: int, _most: int | None = None) -> None:
-        """Do nothing to an existing table. Stand-in: the web viewer gives cells their size."""
-        self._table(handle, id)
+    def setRowHeight(self, handle: int, id: int, row: int, least: int, most: int | None = None) -> None:
+        """Set the least height of a row, and the greatest, in pixels."""
+        _put_size(self._table(handle, id), _HEIGHTS, row, least, most)
 
-    def setColumnWidth(
-        self, handle: int, id: int, _column: int, _least: int, _most: int | None = None
-    ) -> None:
-        """Do nothing to an existing table or tree. Stand-in: the web viewer gives cells their size."""
-        self._widget(handle, id, "table", "tree")
+    def setColumnWidth(self, handle: int, id: int, column: int, least: int, most: int | None = None) -> None:
+        """Set the least width of a column of a table or tree, and the greatest, in pixels."""
+        _put_size(self._widget(handle, id, "table", "tree"), _WIDTHS, column, least, most)
 
-    def setTableSelection(
-        self, handle: int, id: int, _row: int, _column: int, _suppress: bool = True
-    ) -> None:
-        """Do nothing to an existing table. Stand-in: no cell is shown as selected."""
-        self._table(handle, id)
+    def setTableSelection(self, handle: int, id: int, row: int, column: int, suppress: bool = True) -> None:
+        """Select a cell. With `suppress` false, the function of `on-selection-change` gets its row and column."""
+        table = self._table(handle, id)
+        self._cell(table, row, column)
+        table.kept["selected"] = (row, column)
+        if not suppress:
+            self._window(handle).tell(table, "on-selection-change", row, column)
 
     def saveState(self, handle: int, id: int) -> bytes:
-        """Return the widths of columns. Stand-in: an empty buffer."""
-        self._widget(handle, id, "table", "tree")
-        return b""
+        """Return the widths of columns and heights of rows for restoreState."""
+        widget = self._widget(handle, id, "table", "tree")
+        return msgpack.packb({key: widget.kept.get(key, {}) for key in (_WIDTHS, _HEIGHTS)})
 
-    def restoreState(self, handle: int, id: int, _state: bytes) -> None:
-        """Do nothing to an existing table. Stand-in: columns have no widths."""
-        self._widget(handle, id, "table", "tree")
+    def restoreState(self, handle: int, id: int, state: bytes) -> None:
+        """Set what saveState has returned."""
+        widget = self._widget(handle, id, "table", "tree")
+        try:
+            told = msgpack.unpackb(state, strict_map_key=False)
+            sizes = {
+                key: {
+                    _checked_size(place): tuple(map(_checked_size, pair)) for place, pair in told[key].items()
+                }
+                for key in (_WIDTHS, _HEIGHTS)
+            }
+            if any(
+                len(each) > MAX_CELLS or any(len(pair) != 2 for pair in each.values())
+                for each in sizes.values()
+            ):
+                raise ValueError("other sizes")
+        except Exception:  # msgpack raises many kinds, and the content may be anything
+            raise CommandError("this is not a state that simUI.saveState has returned") from None
+        widget.kept.update(sizes)
 
 
 class UiTreeFunctions(UiPart, effect="changes"):
@@ -200,6 +223,21 @@ class UiTreeFunctions(UiPart, effect="changes"):
     def expandToDepth(self, handle: int, id: int, depth: int, _suppress: bool = True) -> None:
         """Expand the items down to a depth; 0: those at the top."""
         self._tree(handle, id).expand(depth)
+
+
+def _put_size(widget: Widget, key: str, place: int, least: int, most: int | None) -> None:
+    sizes = widget.kept.setdefault(key, {})
+    if not 0 <= place < MAX_CELLS:
+        raise CommandError(f"rows and columns count from 0 to {MAX_CELLS - 1}; {place} is not one of them")
+    low = min(max(least, 0), _LARGEST)
+    sizes[place] = low, _LARGEST if most is None or most < 0 else min(max(most, low), _LARGEST)
+
+
+def _checked_size(value: object) -> int:
+    """Return a number of pixels or of a row. Raises ValueError."""
+    if type(value) is not int or not 0 <= value <= _LARGEST:
+        raise ValueError("no size")
+    return value
 
 
 def _name(names: list[str], index: int, text: str) -> None:

@@ -32,9 +32,9 @@ def support(space: str) -> dict[str, str]:
     [
         ("sim", 0.92, 1.0),
         ("sim_older", 0.8, 0.9),
-        ("simIK", 0.8, 0.92),
+        ("simIK", 0.82, 0.95),
         ("simOMPL", 0.9, 0.98),
-        ("simUI", 0.6, 0.65),
+        ("simUI", 0.68, 0.74),
         ("simVision", 0.95, 1.0),
         ("simROS2", 0.25, 0.5),
     ],

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import base64
 import html
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
@@ -98,6 +99,7 @@ class Card:
             "plot": self._label,
             "tree": self._label,
             "image": self._label,
+            "svg": self._label,
             "button": self._button,
             "radiobutton": self._button,
             "checkbox": self._checkbox,
@@ -244,15 +246,38 @@ def _as_text(widget: _Widget) -> str:
 
 
 def _as_table(widget: _Widget) -> str:
+    columns, names = widget.get("columns", []), widget.get("names", [])
+    head = ""
+    if any(columns):
+        shown = [_cell(text, widget, -1, place, "th") for place, text in enumerate(columns[:_MOST_COLUMNS])]
+        head = "<tr>" + ("<th></th>" if any(names) else "") + "".join(shown) + "</tr>"
     rows = "".join(
         "<tr>"
-        + "".join(f"<td style='{_CELL}'>{html.escape(text[:200])}</td>" for text in row[:_MOST_COLUMNS])
+        + (f"<th style='{_CELL}'>{html.escape(names[number][:200])}</th>" if any(names) else "")
+        + "".join(_cell(text, widget, number, place) for place, text in enumerate(row[:_MOST_COLUMNS]))
         + "</tr>"
-        for row in widget["rows"][:_MOST_ROWS]
+        for number, row in enumerate(widget["rows"][:_MOST_ROWS])
     )
-    return (
-        f"<div style='{_TEXT};font-size:0.85em'><table style='border-collapse:collapse'>{rows}</table></div>"
-    )
+    return f"<div style='{_TEXT};font-size:0.85em'><table style='border-collapse:collapse'>{head}{rows}</table></div>"
+
+
+def _cell(text: str, widget: _Widget, row: int, column: int, tag: str = "td") -> str:
+    """Return a cell; row -1 is the header."""
+    style = _CELL
+    for sizes, place, name in ((widget["widths"], column, "width"), (widget["heights"], row, "height")):
+        if (size := sizes.get(place)) is not None:
+            style += f";min-{name}:{size[0]:d}px;max-{name}:{size[1]:d}px;overflow:hidden"
+    if widget.get("selected") is not None and tuple(widget["selected"]) == (row, column):
+        style += ";background:rgba(31,111,139,0.3)"
+    return f"<{tag} style='{style}'>{html.escape(text[:200])}</{tag}>"
+
+
+def _as_svg_image(widget: _Widget) -> str:
+    """Return vector graphics as an image: a browser runs no script in it and loads nothing for it."""
+    if not widget["svg"]:
+        return ""
+    data = base64.b64encode(widget["svg"].encode()).decode()
+    return f"<div style='{_TEXT}'><img style='max-width:100%' src='data:image/svg+xml;base64,{data}'/></div>"
 
 
 def _as_plot(widget: _Widget) -> str:
@@ -263,7 +288,7 @@ def _as_tree(widget: _Widget) -> str:
     rows = "".join(
         f"<tr{' style=font-weight:bold' if row['selected'] else ''}>"
         + "".join(
-            f"<td style='{_CELL};padding-left:{0.5 + (row['depth'] if not column else 0):g}em'>{html.escape(text)}</td>"
+            f"<td style='{_tree_cell(widget, row, column)}'>{html.escape(text)}</td>"
             for column, text in enumerate(row["texts"])
         )
         + "</tr>"
@@ -274,6 +299,12 @@ def _as_tree(widget: _Widget) -> str:
     )
 
 
+def _tree_cell(widget: _Widget, row: Mapping[str, Any], column: int) -> str:
+    style = f"{_CELL};padding-left:{0.5 + (row['depth'] if not column else 0):g}em"
+    size = widget["widths"].get(column)
+    return style if size is None else f"{style};min-width:{size[0]:d}px;max-width:{size[1]:d}px"
+
+
 def _as_image(widget: _Widget) -> str:
     if not widget["png"]:
         return ""
@@ -281,7 +312,7 @@ def _as_image(widget: _Widget) -> str:
 
 
 _CONTENTS: Mapping[str, Callable[[_Widget], str]] = MappingProxyType(
-    {"table": _as_table, "plot": _as_plot, "tree": _as_tree, "image": _as_image}
+    {"table": _as_table, "plot": _as_plot, "tree": _as_tree, "image": _as_image, "svg": _as_svg_image}
 )
 """The text of a widget as HTML, where it is more than a text."""
 

@@ -215,9 +215,9 @@ def test_curves_keep_their_newest_points(world: ScriptWorld, ui: int) -> None:
 
 
 def test_what_is_not_shown_is_kept_and_said_once(world: ScriptWorld) -> None:
-    world.value("simUI.create([[<ui><scene3d id='1'/><svg id='2'/><tree id='3'/></ui>]])")
+    world.value("simUI.create([[<ui><scene3d id='1'/><webview id='2'/><tree id='3'/></ui>]])")
     told = [line for line in world.parts.status_bar.messages if "kept and not shown" in line]
-    assert told == ["simUI: these widgets are kept and not shown: scene3d, svg"]
+    assert told == ["simUI: these widgets are kept and not shown: scene3d, webview"]
 
 
 def widget(world: ScriptWorld, ui: int, number: int) -> dict[str, Any]:
@@ -336,3 +336,64 @@ def test_python_scripts_make_windows_too() -> None:
     lines = said(world)
     world.parts.scripts.close()
     assert "clicked 1" in lines
+
+
+TABLE = """<ui><table id='1' on-selection-change='chosen'><header><item>name</item><item>value</item></header>
+<row><item>a</item><item>1</item></row><row><item>b</item><item>2</item></row></table><tree id='2'/></ui>"""
+
+
+def test_a_cell_is_selected_and_the_script_hears_of_it(world: ScriptWorld) -> None:
+    world.lua("function chosen(ui, id, row, column) picked = {row, column} end")
+    ui = world.value(f"simUI.create([[{TABLE}]])")
+    world.lua(f"simUI.setTableSelection({ui}, 1, 1, 0)")
+    assert widget(world, ui, 1)["selected"] == (1, 0)
+    assert world.value("picked == nil") is True
+    world.lua(f"simUI.setTableSelection({ui}, 1, 0, 1, false)")
+    assert world.value("picked") == [0, 1]
+    world.lua(f"simUI.setTableSelection({ui}, 1, 9, 0)")
+    assert "no cell 9, 0" in world.parts.status_bar.messages[-1]
+    assert widget(world, ui, 1)["selected"] == (0, 1)
+
+
+def test_sizes_of_columns_and_rows_are_shown_saved_and_restored(world: ScriptWorld) -> None:
+    ui = world.value(f"simUI.create([[{TABLE}]])")
+    world.lua(f"simUI.setColumnWidth({ui}, 1, 0, 50, 80) simUI.setRowHeight({ui}, 1, 1, 20)")
+    assert (widget(world, ui, 1)["widths"], widget(world, ui, 1)["heights"]) == (
+        {0: (50, 80)},
+        {1: (20, 10_000)},
+    )
+    world.lua(f"state = simUI.saveState({ui}, 1) simUI.setColumnWidth({ui}, 1, 0, 5, 8)")
+    world.lua(f"simUI.restoreState({ui}, 1, state) simUI.setColumnWidth({ui}, 2, 1, 30, 30)")
+    assert widget(world, ui, 1)["widths"] == {0: (50, 80)}
+    assert widget(world, ui, 2)["widths"] == {1: (30, 30)}
+    world.fails(f"simUI.restoreState({ui}, 1, 'x')", "not a state that simUI.saveState has returned")
+    world.fails(f"simUI.setColumnWidth({ui}, 1, -1, 5)", "count from 0")
+
+
+def test_vector_graphics_are_shown(world: ScriptWorld) -> None:
+    ui = world.value("simUI.create([[<ui><svg id='1'/></ui>]])")
+    world.lua(f"simUI.svgLoadData({ui}, 1, '<svg/>')")
+    assert widget(world, ui, 1)["svg"] == "<svg/>"
+    (world.sim.files.workspace / "mark.svg").write_text("<svg id='m'/>")
+    world.lua(f"simUI.svgLoadFile({ui}, 1, 'mark.svg')")
+    assert widget(world, ui, 1)["svg"] == "<svg id='m'/>"
+    world.fails(f"simUI.svgLoadFile({ui}, 1, 'none.svg')", "there is no file 'none.svg'")
+    world.fails(f"simUI.svgLoadData({ui}, 1, string.rep(' ', 100001))", "at most 100000 characters")
+
+
+def test_a_banner_has_buttons_that_call_a_function(world: ScriptWorld) -> None:
+    world.lua("function pressed(key) answer = key end")
+    banner = world.value("simUI.bannerCreate('Save?', {'y', 'n'}, {'Yes', 'No'}, 'pressed')")
+    assert [widget(world, banner, number)["text"] for number in (1, 2, 3)] == ["Save?", "Yes", "No"]
+    press = world.parts.scripts.add_ons["simxUserInterface"].call
+    press("pressWidget", [banner, 3], [], [], b"")
+    assert world.value("answer") == "n"
+    world.lua(f"simUI.bannerDestroy({banner})")
+    world.fails(f"simUI.bannerDestroy({banner})", "there are: ")
+    world.fails("simUI.bannerCreate('x', {'y'}, {})", "a key and a label for each button")
+
+
+def test_formats_of_images_are_those_that_can_be_read(world: ScriptWorld) -> None:
+    formats, text = world.lua("return simUI.supportedImageFormats(';')")
+    assert text == ";".join(formats)
+    assert {"png", "svg"} <= set(formats)
