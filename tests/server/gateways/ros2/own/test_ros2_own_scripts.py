@@ -12,8 +12,9 @@ from ros2_world import Ros2World, attachment, ros2_world
 from sdk_peer import sdk_peer
 
 import simx_client as v
-from simx_client.protocol.cli.exit_codes import DIVERGED
+from simx_client.protocol.cli.exit_codes import DIVERGED, FAILURE
 from simx_server.recording.recorder import DIGEST_EVERY
+from simx_server.recording.records import Kind, Record
 from simx_server.ros2_messages import known_types, read_packages
 
 SCRIPT = f"""
@@ -115,8 +116,15 @@ def test_a_recording_has_the_definitions_that_its_scripts_fill_in(tmp_path: Path
         assert v.simxGetIntegerSignal(cid, "limits", BLOCKING)[1] == 2
     (folder / "msg" / "Status.msg").unlink()
     assert replay(file) == 0
-    rewrite(file, lambda records: [[records[0][0], {**records[0][1], "ros2_messages": {}}], *records[1:]])
+    rewrite(file, lambda records: [[Kind.HEADER, {**records[0][1], "ros2_messages": {}}], *records[1:]])
     assert replay(file) == DIVERGED
+    for hostile in ({"../../../x/msg/A": "bool x"}, {"A": ""}, {"a/msg/A": 3}, ["a"], {"a/msg/A": "A x"}):
+
+        def change(records: list[Record], hostile: object = hostile) -> list[Record]:
+            return [[Kind.HEADER, {**records[0][1], "ros2_messages": hostile}], *records[1:]]
+
+        rewrite(file, change)
+        assert replay(file) == FAILURE
 
 
 def test_a_type_that_no_folder_has_is_named_in_the_log_once(tmp_path: Path) -> None:
