@@ -18,7 +18,9 @@ PAGE = (Path(__file__).parents[3] / "docs" / "gym.md").read_text(encoding="utf-8
 PROGRAMS = re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("program", PROGRAMS, ids=lambda text: re.findall(r"simx/\w+|SimxEnv|Randomize", text)[0])
+@pytest.mark.parametrize(
+    "program", PROGRAMS, ids=lambda text: re.findall(r"simx/\w+|SimxEnv|Randomize", text)[0]
+)
 def test_programs_run(program: str) -> None:
     with warnings.catch_warnings(action="error"):
         exec(compile(program, "gym.md", "exec"), {})

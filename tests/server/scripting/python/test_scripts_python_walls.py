@@ -35,9 +35,11 @@ MACHINES = list(python_calls.ARCHITECTURES)
 ALLOW, KILL, REFUSED, MISSING = 0x7FFF0000, 0x80000000, 0x50000 | errno.EPERM, 0x50000 | errno.ENOSYS
 
 
-def verdict(machine: str, number: int, *arguments: int, architecture: int | None = None) -> int:
+def verdict(
+    machine: str, number: int, *arguments: int, architecture: int | None = None, **policy: bool
+) -> int:
     """The answer of the kernel's filter for a system call, by the rules of its machine of 32-bit words."""
-    program = python_calls.steps(machine, LIFELINE, LAUNCH)
+    program = python_calls.steps(machine, LIFELINE, LAUNCH, **policy)
     words = {0: number, 4: python_calls.ARCHITECTURES[machine][0] if architecture is None else architecture}
     for index in range(6):
         value = (arguments[index] if index < len(arguments) else 0) & (1 << 64) - 1
@@ -111,6 +113,56 @@ def test_arguments_are_judged(machine: str) -> None:
             assert not of("execve", *[each ^ change * (n == place) for n, each in enumerate(LAUNCH)])
 
 
+@pytest.mark.parametrize("machine", MACHINES)
+@pytest.mark.parametrize("may_write", [False, True])
+def test_a_whole_program_may_have_threads_but_no_processes_and_no_way_out(
+    machine: str, may_write: bool
+) -> None:
+    known = {**python_calls.ALLOWED, **python_calls.OF_PROGRAMS, **python_calls.OF_WRITERS}
+
+    def of(name: str, *arguments: int) -> bool:
+        number = known[name][column(machine)]
+        policy = {"of_program": True, "may_write": may_write}
+        return number >= 0 and verdict(machine, number, *arguments, **policy) == ALLOW
+
+    allowed = {
+        **python_calls.ALLOWED,
+        **python_calls.OF_PROGRAMS,
+        **(python_calls.OF_WRITERS if may_write else {}),
+    }
+    numbers = {each[column(machine)] for each in allowed.values()}
+    for number in range(600):
+        if number not in numbers and number != python_calls._MASK[column(machine)]:
+            said = verdict(machine, number, of_program=True, may_write=may_write)
+            assert said == (MISSING if number >= 424 else REFUSED), number
+    assert of("clone", 0x3D0F00)  # as for a thread
+    assert not of("clone", 17)  # as for a process
+    assert not of("clone", 0x4111)  # as vfork
+    assert of("socketpair", 1)
+    assert not of("socketpair", 2)
+    assert of("prctl", 15)
+    assert not of("prctl", 4)  # PR_SET_DUMPABLE
+    assert not of("fcntl", 3, 8)  # F_SETOWN
+    assert not of("close", LIFELINE)
+    assert not of("tgkill", 1, 1, 9)
+    assert of("openat", 0, 0, 0o101) == may_write
+    assert not of("openat", 0, 0, 0o20000)  # O_ASYNC
+    assert of("rt_sigaction", 15)
+    for name in (
+        "socket",
+        "connect",
+        "bind",
+        "listen",
+        "accept4",
+        "kill",
+        "ptrace",
+        "link",
+        "symlink",
+        "setns",
+    ):
+        assert name not in known
+
+
 def test_other_numberings_kill() -> None:
     assert verdict("x86_64", 0, architecture=0x40000003) == KILL  # i386
     assert verdict("x86_64", 1 << 30) == KILL  # x32
@@ -130,7 +182,8 @@ def test_numbers_are_those_of_the_kernels_headers(machine: str, headers: list[st
         pytest.skip("this machine has no headers of the kernel (on Debian: apt-get install linux-libc-dev)")
     pattern = r"#define __NR(?:3264)?_(\w+)\s+(\d+)$"
     known = {name: int(number) for name, number in re.findall(pattern, files[0].read_text(), re.MULTILINE)}
-    for name, numbers in python_calls.ALLOWED.items():
+    tables = {**python_calls.ALLOWED, **python_calls.OF_PROGRAMS, **python_calls.OF_WRITERS}
+    for name, numbers in tables.items():
         number = numbers[column(machine)]
         assert number == known.get(name, known.get(name.removeprefix("new"), -1)), name
 
