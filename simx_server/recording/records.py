@@ -26,7 +26,8 @@ kinematics adds in a fixed order, not in that of a library of linear algebra, an
 of `sim.createPureShape` are not collidable, measurable or detectable, dependencies that scripts set carry forces, main
 scripts call other scripts where they want, ZeroMQ clients get texts of signals as text, and robots of URDF files are
 lifted from below the floor, do not collide where links overlap, have the motors and frictions of their files, and
-damping and inertia of joints with light links that the physics can hold.
+damping and inertia of joints with light links that the physics can hold; scenes of Bullet 2.83 have its friction, and
+an operator's files that clients name are read beside the physics thread.
 """
 
 
