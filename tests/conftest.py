@@ -15,9 +15,8 @@ from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
-from forking import ForkingSubprocess
 from kinds_of_tests import add_marker
-from processes import PENDULUM
+from processes import PENDULUM, ForkingSubprocess
 from real_world import Open, RealWorld, World
 
 import simx_client as v

@@ -6,11 +6,13 @@ import contextlib
 import queue
 import re
 import subprocess
+import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from forked import Forked
 
@@ -74,6 +76,30 @@ def finished(
     ) as process:
         output, errors = process.communicate(timeout=timeout)
     return subprocess.CompletedProcess(process.args, process.wait(), output, errors)
+
+
+class ForkingSubprocess:
+    """Stands in for `subprocess` in a module that runs a server to its end, or starts a process of worlds."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(subprocess, name)
+
+    @staticmethod
+    def run(
+        command: list[str], *, stdin: int, capture_output: bool, text: bool, timeout: float
+    ) -> subprocess.CompletedProcess[str]:
+        """Fork the program, in the present folder."""
+        assert stdin == subprocess.DEVNULL
+        assert capture_output
+        assert text
+        assert command[:2] == [sys.executable, "-P"], command
+        return finished(*command[2:], folder=Path.cwd(), timeout=timeout)
+
+    @staticmethod
+    def Popen(command: Sequence[str], *, stdin: int, pass_fds: Sequence[int]) -> Forked:
+        """Fork ``python -m …`` in the present folder."""
+        assert command[:2] == [sys.executable, "-m"], command
+        return Forked(command[1:], stdin=stdin, cwd=Path.cwd(), pass_fds=pass_fds)
 
 
 @contextlib.contextmanager
