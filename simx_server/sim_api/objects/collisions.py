@@ -157,9 +157,10 @@ class CollisionFunctions(ApiPart, effect="changes"):
         index -= _EXTENDED if index >= _EXTENDED else 0
         step = None if dynamic_pass == c.sim_handle_all else max(0, dynamic_pass)
         there = self._world.contacts.find(step, wanted)
+        index = max(0, index)
         if index >= len(there):
             return None
-        found = there[max(0, index)]
+        found = there[index]
         return list(found.objects), list(found.point), list(found.force), list(found.normal)
 
     @reads
