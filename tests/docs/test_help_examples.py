@@ -61,8 +61,8 @@ COMMANDS = [
     example
     for name, (_, module) in simx.COMMANDS.items()
     # A fleet needs a Ray cluster (tests/client/fleet/), a class serves until it is ended, two recordings
-    # have a test of their own (tests/server/recording/test_diff.py), as originals, recorded runs and agents have.
-    if name not in ("check", "classroom", "compare", "diff", "export", "fit", "fleet", "mcp", "run")
+    # have a test of their own (tests/server/recording/test_diff.py), as other commands have.
+    if name not in ("check", "classroom", "compare", "diff", "export", "fit", "fleet", "grade", "mcp", "run")
     for example in of_help(import_module(module).make_parser())
 ]
 PAGE = examples("examples:\n" + (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8"))
