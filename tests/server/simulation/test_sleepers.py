@@ -11,7 +11,6 @@ from real_world import BLOCKING, Open, RealWorld, handle_of, start_stepped, step
 from scripted_world import scripted
 
 import simx_client as v
-from simx_server.sensors.contacts import contacts
 
 SCENE = """
 <mujoco>
@@ -58,7 +57,7 @@ def test_its_contacts_and_their_forces_are_told_all_the_same(world: Open, tmp_pa
     for flag in (SLEEP, ""):
         opened, client = at_rest(world, tmp_path, flag)
         below = handle_of(client, "below")
-        found.append([(one.objects, one.force[2]) for one in contacts(opened.simulation, below)])
+        found.append([(one.objects, one.force[2]) for one in opened.parts.contacts.find(None, below)])
     assert [objects for objects, _ in found[0]] == [objects for objects, _ in found[1]]
     assert sum(force for _, force in found[0]) == pytest.approx(sum(force for _, force in found[1]), rel=1e-3)
     assert asleep(opened) == 0  # the one without the flag, for comparison
@@ -66,7 +65,7 @@ def test_its_contacts_and_their_forces_are_told_all_the_same(world: Open, tmp_pa
 
 def test_asking_for_contacts_wakes_nobody(world: Open, tmp_path: Path) -> None:
     opened, client = at_rest(world, tmp_path)
-    assert list(contacts(opened.simulation))
+    assert opened.parts.contacts.find(None)
     step(client, 0.05)
     assert asleep(opened) == 3
 

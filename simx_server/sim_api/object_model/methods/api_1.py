@@ -31,6 +31,7 @@ from simx_server.sim_api.scripts.scripts import ScriptFunctions
 from simx_server.sim_api.scripts.threads import ThreadFunctions
 from simx_server.sim_api.simulation import SimulationFunctions
 from simx_server.sim_api.stand_ins.window import WindowFunctions
+from simx_server.sim_api.user_interface.text_editors import TextEditorFunctions
 from simx_server.sim_api.values.buffers import BufferFunctions
 from simx_server.sim_api.values.matrices import MatrixFunctions
 from simx_server.sim_api.values.packing import PackingFunctions
@@ -72,6 +73,7 @@ class Api1(
     EventFunctions,
     MainScriptFunctions,
     ThreadFunctions,
+    TextEditorFunctions,
     WindowFunctions,
 ):
     """A part of `SimApi`, named for the types of its functions."""
