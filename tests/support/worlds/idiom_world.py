@@ -63,7 +63,7 @@ def idiom_world(*, own_thread: bool = False) -> Iterator[IdiomWorld]:
     world = IdiomWorld(own_thread=own_thread)
     try:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(local, "Lanes", world.open)
+            patch.setattr(local, "open_link", world.open)
             yield world
     finally:
         world.close()

@@ -248,7 +248,7 @@ def test_ctrl_c_while_connecting_leaves_no_client_behind(monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(local, "Lanes", interrupted)
+    monkeypatch.setattr(local, "open_link", interrupted)
     with pytest.raises(KeyboardInterrupt):
         v.simxStart("127.0.0.1", 19997, True, True, 5000, 5)
     assert CLIENTS.get(0) is None
@@ -262,7 +262,7 @@ def test_a_start_that_fails_does_not_finish_the_client_that_has_its_id_by_now(mo
         assert world.client() == 0
         raise ConnectionFailed("nothing there")
 
-    monkeypatch.setattr(local, "Lanes", meanwhile)
+    monkeypatch.setattr(local, "open_link", meanwhile)
     assert v.simxStart("127.0.0.1", 19997, True, True, 5000, 5) == -1
     assert v.simxGetJointPosition(0, 1, BLOCKING) == (0, 0.0)
 
