@@ -4,7 +4,7 @@ A request copies the state and returns a future at once. Equal work is done once
 same version share one image, also those of two cameras at one pose (a camera for colours and one for depth are one
 device), and several views of one version share one copy of the state. A caller that requests both channels of each
 version, one after the other, gets them from one rendering. The renderer, and with it every OpenGL call, stays on
-this thread. While several images wait, a second thread with its own renderer makes some of them.
+this thread. While several images wait, a second thread with a renderer of its own makes some of them.
 
 A graphics driver may hang. `watch` detects this, and images fail with the reason until the thread continues.
 """
@@ -537,7 +537,7 @@ class RenderThread:
         return let_in
 
     def _renderer_at_work(self, job: _Job) -> Renderer:
-        """Return the render thread's renderer for a job that it starts now."""
+        """Return the render thread's renderer for a job that it begins now."""
         renderer = self._renderer_for(job.model)
         self._begin(f"drawing {_told(job.view)}", DRAWN_WITHIN)
         return renderer

@@ -1,1 +1,1 @@
-"""Parts of the render thread: the queue, the images and states that requests share, a second thread."""
+"""What the render thread consists of: the queue, the images and states that requests share, a second thread."""

@@ -1,4 +1,4 @@
-"""A second thread that renders waiting images beside the render thread, in its own OpenGL context.
+"""A second thread that renders waiting images beside the render thread, in an OpenGL context of its own.
 
 Software OpenGL computes the vertices of an image, two thirds of its work, in the thread that draws. So a program that
 reads several cameras in each step gets its images sooner from two threads, where a second processor is free. The second
@@ -67,7 +67,7 @@ class SecondThread(Generic[J]):
         """The image in progress."""
 
         self.since = 0.0
-        """When that image was started, on the monotonic clock."""
+        """When that image was begun, on the monotonic clock."""
 
     @property
     def is_usable(self) -> bool:
