@@ -51,7 +51,7 @@ class CameraView:
             display: Any = importlib.import_module("IPython.display").display
         except ModuleNotFoundError:
             raise ModuleNotFoundError(
-                "CameraView.show needs IPython; run it in a notebook (pip install notebook)", name="IPython"
+                "CameraView.show needs IPython; run it in a notebook", name="IPython"
             ) from None
         self._shown = display(self, display_id=True)
         self._next = time.monotonic() + self._pause

@@ -1,6 +1,5 @@
 """Find what is nearest to a camera: read its depth image, its colour image and its camera matrix.
 
-    pip install zenoh-ros2-sdk                                     no ROS is needed
     simx-server ur5_rg2_kinect --ros2 --ros2-router self --start
     python find_nearest.py /kinect_depth /kinect_rgb
 

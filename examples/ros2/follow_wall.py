@@ -1,6 +1,5 @@
 """Follow the wall on the right of a robot: read its laser scan, and publish velocities.
 
-    pip install zenoh-ros2-sdk                                     no ROS is needed
     simx-server pioneer_p3dx --ros2 --ros2-router self --start
     python follow_wall.py --scan /scan --distance 0.6
 

@@ -1,6 +1,5 @@
 """Move an arm as MoveIt does: send a trajectory to the action FollowJointTrajectory, and wait for the result.
 
-    pip install zenoh-ros2-sdk                                     no ROS is needed
     simx-server ur5_rg2_kinect --ros2 --ros2-router self --start
     python move_arm.py UR5_controller shoulder_pan_joint=-1.2 elbow_joint=0.3 --seconds 2
 

@@ -58,7 +58,6 @@ examples:
   simx-run --server scene.ttt robotControl.py   with a server of its own
   simx-run --embed scene.ttt robotControl.py    the same in one process: calls take microseconds
   simx-run --pyrep reach.py                     a program of PyRep: it opens its scenes itself
-  simx-run --plain script.py --episodes 10      what follows SCRIPT is the script's
 """
 
 
@@ -88,7 +87,7 @@ def make_parser() -> Parser:
         "--legacy",
         metavar="PORT",
         type=int,
-        help="the script keeps its own library, which connects to this port",
+        help="the script's own library connects to this port",
     )
     parser.add_argument(
         "--zmq", metavar="PORT", type=int, help="the script's ZeroMQ clients connect to this port"
@@ -100,8 +99,8 @@ def make_parser() -> Parser:
     parser.add_argument(
         "--pace",
         choices=tuple(PACES),
-        help="blocking calls while the simulation runs; free: executed at once; repeat: a call that repeats one of the "
-        f"same simulation step waits for the next step; every: each waits, as in V-REP ({OLD_SCRIPTS})",
+        help="blocking calls during a run; free: executed at once; repeat: a call that repeats one of the same step "
+        f"waits for the next step; every: each waits ({OLD_SCRIPTS})",
     )
     parser.add_argument(
         "--no-path-translation", action="store_true", help="do not translate backslashes in paths"

@@ -135,8 +135,6 @@ def _reason(exit_code: int) -> str:
 class _Blank:
     """Renders images in which nothing is seen."""
 
-    is_software = False
-
     def turn_to(self, model: mujoco.MjModel) -> None: ...
 
     def render(

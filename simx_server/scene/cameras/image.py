@@ -185,9 +185,6 @@ def nothing() -> None:
 class Renderer(Protocol):
     """Renders images of one model at a time. Used by one thread from creation to close."""
 
-    is_software: bool
-    """Whether OpenGL draws with the processor, so that a second renderer in another thread makes images sooner."""
-
     def turn_to(self, model: mujoco.MjModel) -> None: ...
 
     def render(

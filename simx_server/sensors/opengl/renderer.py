@@ -13,7 +13,6 @@ Round geoms get half the corners where the difference is invisible (see `roundne
 
 from __future__ import annotations
 
-import ctypes
 import importlib
 import logging
 from collections.abc import Callable, Iterator
@@ -64,9 +63,6 @@ _NOTHING = int(mujoco.mjtGeom.mjGEOM_NONE)
 _LARGE = 1 << 20
 """Pixels of an offscreen buffer that is freed while no images are requested; each pixel takes at least eight bytes."""
 
-_SOFTWARE = (b"llvmpipe", b"softpipe", b"swrast", b"software")
-"""Parts of the names of drivers that draw with the processor."""
-
 _FEWEST_CORNERS = 12
 """Minimum number of corners; with fewer, nothing looks round, however small."""
 
@@ -89,7 +85,6 @@ class OpenGLRenderer:
         try:
             self._gl.make_current()
             _offset_depth()
-            self.is_software = backend_name == "osmesa" or _draws_by_processor()
             self._take(model)
         except BaseException:
             self._gl.free()
@@ -434,13 +429,6 @@ def _offset_depth() -> None:
     importlib.import_module("OpenGL.raw.GL.VERSION.GL_1_0").glEnable(gl.GL_POLYGON_OFFSET_FILL)
     # Negative, because MuJoCo's depth is 1 near and 0 far.
     gl.glPolygonOffset(-DEPTH_OFFSET, 0.0)
-
-
-def _draws_by_processor() -> bool:
-    """Return whether the current context is one of Mesa's software drivers."""
-    gl = importlib.import_module("OpenGL.raw.GL.VERSION.GL_1_0")
-    name = ctypes.cast(gl.glGetString(gl.GL_RENDERER), ctypes.c_char_p).value or b""
-    return any(driver in name.lower() for driver in _SOFTWARE)
 
 
 def _linear_depth(nearness: NDArray[np.float32], view: CameraView) -> NDArray[np.float32]:

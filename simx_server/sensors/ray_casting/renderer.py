@@ -29,8 +29,6 @@ class RaycastRenderer:
     def __init__(self, model: mujoco.MjModel) -> None:
         self.turn_to(model)
 
-    is_software = False
-
     def turn_to(self, model: mujoco.MjModel) -> None:
         """Render another model from now on."""
         self._model = model

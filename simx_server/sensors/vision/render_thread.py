@@ -4,7 +4,7 @@ A request copies the state and returns a future at once. Equal work is done once
 same version share one image, also those of two cameras at one pose (a camera for colours and one for depth are one
 device), and several views of one version share one copy of the state. A caller that requests both channels of each
 version, one after the other, gets them from one rendering. The renderer, and with it every OpenGL call, stays on
-this thread. While several images wait, a second thread with a renderer of its own makes some of them.
+this thread.
 
 A graphics driver may hang. `watch` detects this, and images fail with the reason until the thread continues.
 """
@@ -26,11 +26,10 @@ from simx_server.scene.cameras.image import PART, CameraImage, CameraView, Rende
 from simx_server.sensors.opengl.backend import RAYCAST, Backend, Probe, choose_backend
 from simx_server.service.monitoring.durations import ImageTimes
 
-from .rendering.image_queue import ImageQueue
-from .rendering.newest import NewestImages
-from .rendering.second_thread import SecondThread, has_second_processor
-from .rendering.shared_cameras import CameraPlaces, Requested, ViewPairs
-from .rendering.state_copies import Snapshot, SnapshotPool
+from .image_queue import ImageQueue
+from .newest import NewestImages
+from .shared_cameras import CameraPlaces, Requested, ViewPairs
+from .state_copies import Snapshot, SnapshotPool
 
 logger = logging.getLogger(__name__)
 
@@ -167,9 +166,6 @@ class RenderThread:
         self._places = CameraPlaces()
         self._pairs = ViewPairs()
         self._running: _Job | None = None
-        self._second = SecondThread[_Job](
-            self._wake, self._next_for_second, self._renderer_of_second, self._do_on_second, self._is_ending
-        )
         self._doing: _Doing | None = None
         self._is_hanging = False
         self.warms_on_demand = False
@@ -196,12 +192,6 @@ class RenderThread:
     def is_begun(self) -> bool:
         """Return whether anything was requested yet, so that a back end is chosen or about to be."""
         return self._thread is not None
-
-    @property
-    def has_software_renderer(self) -> bool:
-        """Return whether OpenGL draws with the processor; False before the first image was requested."""
-        renderer = self._renderer
-        return renderer is not None and renderer.is_software
 
     @property
     def is_hanging(self) -> bool:
@@ -293,8 +283,6 @@ class RenderThread:
         if failed is not None:
             self._forget(failed)
         self._start_or_wake()
-        if self._has_much_to_do():
-            self._second.start(model)
         return job.future, failed
 
     def prepare(
@@ -332,7 +320,6 @@ class RenderThread:
 
     def watch(self) -> None:
         """Fail all images if the render thread hangs. Call it about every second, on any thread."""
-        self._watch_second()
         doing = self._doing
         if doing is None or not doing.is_overdue():
             return
@@ -342,7 +329,7 @@ class RenderThread:
             failed = self._waiting.clear()
             for job in failed:
                 self._forget(job)
-            running = self._give_up(self._running)
+            running = self._give_up_running()
             is_news, self._is_hanging = not self._is_hanging, True
         reason = doing.reason()
         if is_news:
@@ -353,22 +340,9 @@ class RenderThread:
         if running is not None:
             running.future.set_exception(RenderError(reason))
 
-    def _watch_second(self) -> None:
-        """Give up the second thread if it hangs; its image fails."""
-        with self._wake:
-            job = self._second.job
-            if job is None or time.monotonic() <= self._second.since + DRAWN_WITHIN:
-                return
-            self._second.give_up()
-            failed = self._give_up(job)
-        logger.error("the second render thread hangs, so it is used no more")
-        if failed is not None:
-            failed.future.set_exception(
-                RenderError("the graphics driver hangs in a second thread; try again")
-            )
-
-    def _give_up(self, job: _Job | None) -> _Job | None:
-        """Return a job in progress, which is to fail now; its result is not used. Needs the lock."""
+    def _give_up_running(self) -> _Job | None:
+        """Return the job in progress, which is to fail now; its result is not used. Needs the lock."""
+        job = self._running
         if job is None or job.is_given_up:
             return None
         job.is_given_up = True
@@ -384,19 +358,18 @@ class RenderThread:
             waiting = self._waiting.clear()
             self._pending.clear()
             self._newest.clear()
-            self._wake.notify_all()
+            self._wake.notify()
         if preparation is not None:
             preparation.done.set_result(None)
         for job in waiting:
             if job.future.set_running_or_notify_cancel():
                 job.future.set_exception(RenderError("the picture was not made because rendering is closing"))
-        self._second.join(_JOIN_TIMEOUT)
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(_JOIN_TIMEOUT)
             if self._thread.is_alive():
                 logger.error("the render thread is still busy after %.0f s", _JOIN_TIMEOUT)
                 with self._wake:
-                    running = self._give_up(self._running)
+                    running = self._give_up_running()
                 if running is not None:
                     running.future.set_exception(
                         RenderError("the picture was not made, as rendering is closed")
@@ -406,37 +379,7 @@ class RenderThread:
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="simx-render")
             self._thread.start()
-        self._wake.notify_all()
-
-    # The second thread.
-
-    def _has_much_to_do(self) -> bool:
-        """Return whether a second thread would help: images wait for a renderer that draws with a processor."""
-        return (
-            len(self._waiting) > 1
-            and self.has_software_renderer
-            and self._second.is_usable
-            and has_second_processor()
-        )
-
-    def _is_ending(self) -> bool:
-        return self._closing.is_set() or not threading.main_thread().is_alive()
-
-    def _next_for_second(self) -> tuple[_Job, mujoco.MjModel] | None:
-        """Return the next small image of the model that the render thread draws, while that thread is busy."""
-
-        def suits(job: _Job) -> bool:
-            return job.model is self._renderer_model and job.view.width * job.view.height <= PART
-
-        found = None if self._running is None else self._next_job(suits)
-        return None if found is None else (found[0], found[0].model)
-
-    def _renderer_of_second(self, model: mujoco.MjModel) -> Renderer:
-        assert self._backend is not None
-        return self._make(model, self._backend)
-
-    def _do_on_second(self, job: _Job, renderer: Callable[[], Renderer]) -> None:
-        self._make_image(job, renderer, nothing)
+        self._wake.notify()
 
     # From here on: the render thread.
 
@@ -457,13 +400,10 @@ class RenderThread:
             idle_since = time.monotonic()
             while True:
                 # A program that fails without closing must still be able to end.
-                if self._is_ending():
+                if self._closing.is_set() or not threading.main_thread().is_alive():
                     return None
                 if (job := self._next_job()) is not None:
-                    self._running = job[0]
-                    if self._waiting:
-                        self._wake.notify_all()  # the second thread helps while this one is busy
-                    return functools.partial(self._do, job[0])
+                    return functools.partial(self._do, *job)
                 if self._to_prepare is not None:
                     preparation, self._to_prepare = self._to_prepare, None
                     return functools.partial(self._prepare, preparation)
@@ -493,14 +433,15 @@ class RenderThread:
         """Return the next image that is still requested, and mark it as in progress. Needs the lock."""
         while (job := self._waiting.take(suits)) is not None:
             if job.snapshot is not None and job.future.set_running_or_notify_cancel():
+                self._running = job
                 return job, job.snapshot
             self._forget(job)
         return None
 
-    def _do(self, job: _Job) -> None:
+    def _do(self, job: _Job, snapshot: Snapshot) -> None:
         """Render an image. Errors of a driver or a renderer go to the caller; the thread continues."""
         try:
-            self._make_image(job, functools.partial(self._renderer_at_work, job), self._let_in(job))
+            self._make_image(job, snapshot, self._let_in(job))
         except Exception:  # the caller has received the error
             self._drop_renderer()
 
@@ -521,11 +462,10 @@ class RenderThread:
             while time.perf_counter() < until:
                 with self._wake:
                     small = None if self._closing.is_set() else self._next_job(suits)
-                    self._running = large if small is None else small[0]
                 if small is None:
                     break
                 try:
-                    self._make_image(small[0], functools.partial(self._renderer_at_work, small[0]), nothing)
+                    self._make_image(*small, nothing)
                 except RenderError:
                     pass  # not an error of the driver
                 finally:
@@ -536,18 +476,15 @@ class RenderThread:
 
         return let_in
 
-    def _renderer_at_work(self, job: _Job) -> Renderer:
-        """Return the render thread's renderer for a job that it begins now."""
-        renderer = self._renderer_for(job.model)
-        self._begin(f"drawing {_told(job.view)}", DRAWN_WITHIN)
-        return renderer
-
-    def _make_image(self, job: _Job, renderer: Callable[[], Renderer], let_in: Callable[[], None]) -> None:
+    def _make_image(self, job: _Job, snapshot: Snapshot, let_in: Callable[[], None]) -> None:
         """Render an image, or report the error to the caller. Raises the errors of a driver or a renderer."""
         began = time.perf_counter()
         try:
-            images = _rendered(renderer(), job, let_in)
+            renderer = self._renderer_for(job.model)
+            self._begin(f"drawing {_told(job.view)}", DRAWN_WITHIN)
+            images = _rendered(renderer, job, snapshot, let_in)
             took = time.perf_counter() - began
+            self.times.made(_camera_name(job), took)
         except Exception as error:
             self._end_job(job, time.perf_counter() - began, {})
             self._tell_failure(job, error)
@@ -560,13 +497,8 @@ class RenderThread:
     def _end_job(self, job: _Job, took: float, images: dict[_Job, CameraImage]) -> None:
         with self._wake:
             self._forget(job)
-            if self._running is job:
-                self._running = None
-            if self._second.job is job:
-                self._second.job = None
+            self._running = None
             self._waiting.took(job.asker, took)
-            if images:
-                self.times.made(_camera_name(job), took)
             if not self._closing.is_set() and not job.is_given_up:
                 for made, image in images.items():
                     self._newest.keep(made, image.nbytes)
@@ -654,10 +586,11 @@ class RenderThread:
             logger.exception("a renderer did not close cleanly")
 
 
-def _rendered(renderer: Renderer, job: _Job, let_in: Callable[[], None]) -> dict[_Job, CameraImage]:
+def _rendered(
+    renderer: Renderer, job: _Job, snapshot: Snapshot, let_in: Callable[[], None]
+) -> dict[_Job, CameraImage]:
     """Return the images of a job and its twin."""
-    twin, snapshot = job.twin, job.snapshot
-    assert snapshot is not None
+    twin = job.twin
     if twin is None:
         return {job: renderer.render(snapshot.data, job.view, job.rgb, job.depth, let_in)}
     colours, coded = (job, twin) if job.view.codes is None else (twin, job)

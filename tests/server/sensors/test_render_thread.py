@@ -21,9 +21,9 @@ from simx_server.limits import Limits
 from simx_server.scene.cameras.image import PART, CameraImage, CameraView, Renderer, RenderError, nothing
 from simx_server.sensors.opengl.backend import Backend
 from simx_server.sensors.vision import render_thread
+from simx_server.sensors.vision.image_queue import ImageQueue
+from simx_server.sensors.vision.newest import NewestImages
 from simx_server.sensors.vision.render_thread import RenderThread
-from simx_server.sensors.vision.rendering.image_queue import ImageQueue
-from simx_server.sensors.vision.rendering.newest import NewestImages
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
@@ -33,8 +33,6 @@ TWIN = '<camera name="twin" pos="0 -2 0" xyaxes="1 0 0 0 0 1"/>'
 
 class ScriptedRenderer:
     """Renders nothing but notes what it was asked; waits for `go` and fails when told to."""
-
-    is_software = False
 
     def __init__(self) -> None:
         self.go = threading.Event()
@@ -570,100 +568,3 @@ def test_a_real_image_comes_through_the_thread() -> None:
         assert colours[left].any()
     finally:
         thread.close()
-
-
-def test_a_second_thread_makes_waiting_images_if_a_processor_draws(
-    scripted: ScriptedRenderer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(render_thread, "has_second_processor", lambda: True)
-    scripted.is_software = True
-    others: list[ScriptedRenderer] = []
-
-    def make(model: mujoco.MjModel, backend: Backend) -> Renderer:
-        if scripted.made:
-            others.append(ScriptedRenderer())
-            return others[-1].make(model, backend)
-        return scripted.make(model, backend)
-
-    thread = RenderThread(choose=lambda: Backend("egl", "a test asked for it"), make=make)
-    try:
-        asker = Asker(thread)
-        asker.ask(0.0).result(WAIT)
-        scripted.go.clear()
-        scripted.started.clear()
-        stuck = asker.ask(1.0)
-        assert scripted.started.wait(WAIT)
-        made = [asker.ask(time) for time in (2.0, 3.0, 4.0)]
-        assert all(each.result(WAIT) for each in made), "made while the render thread is busy"
-        assert not stuck.done()
-        scripted.go.set()
-        stuck.result(WAIT)
-    finally:
-        scripted.go.set()
-        thread.close()
-    assert [other.threads & scripted.threads for other in others] == [set()]
-    assert [other.closed for other in others] == [1], "on the thread that made it"
-
-
-def test_a_second_renderer_that_cannot_be_made_leaves_the_images_to_the_first(
-    scripted: ScriptedRenderer, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(render_thread, "has_second_processor", lambda: True)
-    scripted.is_software = True
-    tried = threading.Event()
-
-    def make(model: mujoco.MjModel, backend: Backend) -> Renderer:
-        if scripted.made:
-            tried.set()
-            raise RenderError("no second context")
-        return scripted.make(model, backend)
-
-    thread = RenderThread(choose=lambda: Backend("egl", "a test asked for it"), make=make)
-    try:
-        asker = Asker(thread)
-        asker.ask(0.0).result(WAIT)
-        scripted.go.clear()
-        scripted.started.clear()
-        images = [asker.ask(1.0)]
-        assert scripted.started.wait(WAIT)
-        images += [asker.ask(time) for time in (2.0, 3.0, 4.0)]
-        assert tried.wait(WAIT)
-        scripted.go.set()
-        assert all(each.result(WAIT) for each in images)
-    finally:
-        scripted.go.set()
-        thread.close()
-    assert "no second context" in caplog.text
-
-
-def test_images_of_two_threads_are_those_of_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(render_thread, "has_second_processor", lambda: True)
-    drawn_by: set[str] = set()
-    make_image = RenderThread._make_image
-
-    def noted(self: RenderThread, *arguments: Any) -> None:
-        drawn_by.add(threading.current_thread().name)
-        make_image(self, *arguments)
-
-    monkeypatch.setattr(RenderThread, "_make_image", noted)
-    thread = RenderThread()
-    views = [dataclasses.replace(FRONT, fovy_deg=30.0 + each) for each in range(24)]
-    try:
-        asker = Asker(thread)
-        alone = [asker.ask(1.0, view, depth=True).result(WAIT) for view in views]
-        assert drawn_by == {"simx-render"}, "one image at a time needs no second thread"
-        if not thread.has_software_renderer:
-            pytest.skip("a graphics card draws")
-        wait_until(lambda: together(asker, views, alone) and len(drawn_by) == 2, WAIT)
-    finally:
-        thread.close()
-
-
-def together(asker: Asker, views: list[CameraView], alone: list[CameraImage]) -> bool:
-    """Ask for all views of a new version at once; return whether the images are the known ones."""
-    version = asker.data.time + 1.0
-    made = [each.result(WAIT) for each in [asker.ask(version, view, depth=True) for view in views]]
-    for one, other in zip(made, alone, strict=True):
-        for channel in ("rgb", "depth"):
-            assert np.array_equal(getattr(one, channel), getattr(other, channel))
-    return True

@@ -260,8 +260,6 @@ class OneGoodPicture:
     def __init__(self) -> None:
         self.made = 0
 
-    is_software = False
-
     def render(self, data: Any, view: CameraView, rgb: bool, depth: bool, _let_in: Any) -> CameraImage:
         self.made += 1
         if self.made > 1:

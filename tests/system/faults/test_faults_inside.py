@@ -73,8 +73,6 @@ class LosesItsContext:
     """A renderer of which every picture fails once `lost` is set, as with a GL context that the driver took away;
     one that is made again works."""
 
-    is_software = False
-
     def __init__(self, real: Renderer) -> None:
         self._real = real
         self.is_lost = False
