@@ -221,12 +221,16 @@ def test_the_client_alone_says_what_needs_more(client_alone: Environment, tmp_pa
 
 def test_every_module_of_the_client_alone_can_be_imported(client_alone: Environment) -> None:
     """Exceptions: the windows for OpenCV's calls, which load once a script has imported OpenCV, environments, which
-    need Gymnasium, PyRep's library, which needs cffi and a server, and the package of API 2, which needs pyzmq."""
+    need Gymnasium, PyRep's library, which needs cffi and a server, the package of API 2, which needs pyzmq, random
+    values, which need NumPy, and the tools of agents, which need mcp."""
     modules = [
         ".".join(path.relative_to(ROOT).with_suffix("").parts)
         for path in sorted((ROOT / "simx_client").rglob("*.py"))
     ]
-    need_more = (".windows.desk.", "simx_client.gym.", "simx_client.pyrep.", "simx_client.api2.")
+    need_more = (
+        *(".windows.desk.", "simx_client.gym.", "simx_client.pyrep.", "simx_client.api2."),
+        *("simx_client.randomization.", "protocol.random_values.", "simx_client.agents."),
+    )
     lines = [f"import {module}" for module in modules if not any(part in f"{module}." for part in need_more)]
     assert len(lines) > 100
     done = client_alone.python("-W", "error", "-c", "\n".join(lines))

@@ -125,13 +125,14 @@ class OmplSpaces(OmplTasks, effect="changes"):
     def _projected(self, task: int, states: list[float]) -> NDArray[np.float64]:
         """Return the projections of states, (states, coordinates)."""
         chosen = self._task(task)
-        rows = self._rows(task, states)
         if chosen.projection is not None:
+            rows = self._rows(task, states)
             return np.array([chosen.projection.function(state) for state in rows], float)
+        count = self._count_of(task, states)
         columns: list[int] = []
         at = 0
         for space in chosen.spaces:
             if space.is_projected:
                 columns += range(at, at + _PROJECTED[space.kind])
             at += space.count
-        return np.array(states, float).reshape(-1, chosen.count)[:, columns]
+        return np.array(states, float).reshape(-1, count)[:, columns]

@@ -66,12 +66,17 @@ class OmplTasks(ApiPart):
 
     def _rows(self, task: int, states: list[float]) -> list[list[float]]:
         """Return the states that are listed one after the other."""
+        count = self._count_of(task, states)
+        return [states[start : start + count] for start in range(0, len(states), count)]
+
+    def _count_of(self, task: int, states: list[float]) -> int:
+        """Return of how many numbers each of several states consists. Raises CommandError: they are none."""
         count = self._task(task).count
         if not count or len(states) % count:
             raise CommandError(
                 f"states of this task have {count} numbers each; {len(states)} are no multiple"
             )
-        return [states[start : start + count] for start in range(0, len(states), count)]
+        return count
 
     def _state(self, task: int, state: list[float]) -> list[float]:
         count = self._task(task).count

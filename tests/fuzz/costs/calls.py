@@ -29,7 +29,7 @@ from simx_server.scripting.signature import MOST_CHARACTERS, MOST_ITEMS, MOST_TE
 from simx_server.sim_api.namespaces import Namespaces, signatures
 
 from ..scene import SCENE
-from .measuring import BUDGET, peak_megabytes, slack
+from .measuring import BUDGET, only_own_garbage, peak_megabytes, slack
 
 MEGABYTES = 64
 """Memory that a call may take beside its arguments and results."""
@@ -145,9 +145,10 @@ class Target:
 
     def cost(self, work: Callable[[], object]) -> float:
         """Return the longest time of some work in which no other client was served."""
-        self._longest, self._last = 0.0, time.thread_time()
-        work()
-        self._served()
+        with only_own_garbage():
+            self._longest, self._last = 0.0, time.thread_time()
+            work()
+            self._served()
         return self._longest
 
     def check(self, call: Call) -> tuple[Problem | None, bool]:

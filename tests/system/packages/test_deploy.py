@@ -97,6 +97,8 @@ def stubs(folder: Path, address: str) -> Path:
         answer = {
             "srun": f'case "$*" in *--ip-address) echo {address};; *--all-ip-addresses) echo 10.1.0.1 10.2.0.1;; esac',
             "scontrol": "echo a; echo b",
+            # As the fleet does, which waits for its hosts: the job starts them in the background.
+            "simx": f'until [ "$(grep -c " start " "{folder}/calls")" -ge 2 ]; do sleep 0.01; done',
         }
         file.write_text(
             f'#!/bin/bash\necho {name} "$@" "[$SIMX_CONNECT]" >> "{folder}/calls"\n{answer.get(name, "")}\n'

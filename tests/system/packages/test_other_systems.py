@@ -29,6 +29,7 @@ NOT_FOR_IMPORT = (
     "python_confine",
     "python_guard",
     "python_limits",
+    "python_program",
     "stable_baselines3",
 )
 """Programs, what is only found by the child process beside which it lies, and what brings PyTorch."""
@@ -90,6 +91,7 @@ names = [
     for package in (simx_client, simx_server)
     for module in pkgutil.walk_packages(package.__path__, package.__name__ + ".")
     if module.name.rpartition(".")[2] not in {NOT_FOR_IMPORT}
+    and module.name != "simx_client.agents.tools"  # its library takes more from such a system than the stand-in has
 ]
 for name in names:
     importlib.import_module(name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from typing import Any, cast
-from xml.sax.saxutils import quoteattr
+from html import escape
 
 from simx_server.errors import CommandError
 from simx_server.parts.user_interface.widgets import MAX_TEXT
@@ -182,10 +182,10 @@ def new_console(call: Call, fields: dict[str, Any]) -> int:
 def new_editor(call: Call, fields: dict[str, Any]) -> int:
     """Open a text editor and return its handle in API 2."""
     settings = _settings(fields)
-    title = quoteattr(str(settings.setdefault("title", "editor")))
+    title = escape(str(settings.setdefault("title", "editor")))
     text = fields.pop("text", "")
     window = read_window(
-        f'<ui title={title} closeable="false"><text-browser id="{EDITED}" read-only="false"/></ui>'
+        f'<ui title="{title}" closeable="false"><text-browser id="{EDITED}" read-only="false"/></ui>'
     )
     window.widget(EDITED).text = (text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text))[
         :MAX_TEXT

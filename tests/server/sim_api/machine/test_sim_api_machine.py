@@ -89,6 +89,15 @@ def test_a_script_talks_over_a_serial_port(allowed: ScriptWorld, cable: Cable) -
     allowed.fails(f"sim.serialSend({port}, 'x')", r"no serial port with handle \d+ is open; open are: none")
 
 
+def test_the_older_names_of_the_functions_of_ports_work_too(allowed: ScriptWorld, cable: Cable) -> None:
+    pytest.importorskip("serial")
+    port = allowed.value(f"sim.serialPortOpen('{cable.port}', 9600)")
+    assert allowed.value(f"sim.serialPortSend({port}, 'go')") == 2
+    assert cable.read() == b"go"
+    assert allowed.value(f"sim.serialPortRead({port}, 10, false)") == ""
+    assert allowed.lua(f"return sim.serialPortClose({port})") in ([], [None])
+
+
 def test_a_blocking_read_waits_in_a_thread_for_a_whole_piece(allowed: ScriptWorld, cable: Cable) -> None:
     pytest.importorskip("serial")
     port = allowed.value(f"sim.serialOpen('{cable.port}')")

@@ -39,6 +39,8 @@ def test_a_person_edits_a_text_and_the_script_reads_it_at_the_end(world: ScriptW
 
 
 def test_an_editor_is_hidden_and_shown(world: ScriptWorld) -> None:
+    gone = world.value("sim.textEditorOpen('', '')")
+    assert world.lua(f"return sim.closeTextEditor({gone})")[0] == ""  # its older name
     handle = world.value("sim.textEditorOpen('', '')")
     assert world.value(f"sim.textEditorShow({handle}, false)") == 1
     assert not shown(world, handle)["visible"]
