@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
 from html import escape
+from typing import Any, cast
 
 from simx_server.errors import CommandError
 from simx_server.parts.user_interface.widgets import MAX_TEXT
