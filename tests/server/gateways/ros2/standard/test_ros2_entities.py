@@ -204,8 +204,9 @@ def test_an_entity_gets_pose_and_velocity_by_frames_of_others(server: Ros2World,
     peer.trigger("start")
     peer.trigger("pause")
     twist = {"linear": {"x": 2.0}, "angular": {"z": 3.0}}
-    given = {**pose(0, 0, 0, "stand"), "twist": twist}
-    ask(peer, "SetEntityState", entity="box", state=given, set_twist=True)
+    # High above the floor, to which it may have fallen before the pause.
+    given = {**pose(0.5, 0, 10, "stand"), "twist": twist}
+    ask(peer, "SetEntityState", entity="box", state=given, set_pose=True, set_twist=True)
     ask(peer, "StepSimulation", steps=1)
     state = ask(peer, "GetEntityState", entity="box")["state"]
     assert state["twist"]["linear"]["y"] == pytest.approx(2, abs=1e-4)
