@@ -133,7 +133,7 @@ def test_samplers_give_the_states_to_grow_towards(world: ScriptWorld) -> None:
     simOMPL.setValidStateSamplerCallback(task,
         function() far = far + 1 return {math.random() * 2 - 1, math.random() * 2 - 1} end,
         function(s, distance) near = near + 1 return {s[1] + distance * (math.random() - 0.5), s[2]} end)
-    simOMPL.setGoalCallback(task, function(s) return s[1] < -0.9, s[1] end)
+    simOMPL.setGoalCallback(task, function(s) return far * near > 0 and s[1] < -0.9, s[1] end)
     assert(simOMPL.solve(task, 20))
     return far, near
     """

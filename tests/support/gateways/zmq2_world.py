@@ -37,6 +37,8 @@ class WireClient:
         self.numbers = itertools.count(1)
         self.functions: dict[str, Callable[..., Any]] = {}
         self.has_numbers = kind == zmq.DEALER
+        self.answers: dict[int, Any] = {}
+        """Those that came while a function of the client had a request of its own, by number."""
 
     def send(self, message: Any) -> None:
         self.socket.send(message if isinstance(message, bytes) else cbor2.dumps(message))
@@ -48,14 +50,16 @@ class WireClient:
         """Send a request and return its result as it came; serve the server's calls meanwhile."""
         number = next(self.numbers)
         self.send(message | ({"id": number} if self.has_numbers else {}))
-        while True:
+        while number not in self.answers:
             answer = self.receive()
             if answer["msg"] == "call":
                 self.serve(answer)
-            elif answer.get("id") in (number, None):
-                if answer["error"]:
-                    raise Refused(answer["result"])
-                return answer["result"]
+            else:
+                self.answers[answer.get("id") or number] = answer
+        answer = self.answers.pop(number)
+        if answer["error"]:
+            raise Refused(answer["result"])
+        return answer["result"]
 
     def serve(self, call: dict[str, Any]) -> None:
         """Answer a call of the server."""

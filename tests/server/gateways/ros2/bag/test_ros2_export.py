@@ -144,7 +144,9 @@ def test_a_replay_that_differs_or_ends_early_has_its_own_exit_code(
     code, _, said = export(other, "differs")
     assert (code, "the replay differs in pass 3" in said) == (DIVERGED, True)
     assert sum(topic == "/clock" for topic, _, _ in messages(tmp_path / "differs")) == 3
-    other.write_bytes(recording.path.read_bytes()[:-3])
+    other.write_bytes(recording.path.read_bytes())
+    rewrite(other, list)  # in several blocks: a short run may have one
+    other.write_bytes(other.read_bytes()[:-3])
     code, shown, said = export(other, "cut")
     assert code == INCOMPLETE
     assert "the recording is not complete" in said
