@@ -145,7 +145,6 @@ class World:
         ("images that scripts judge", lambda world: world.scripts.judges and world.scripts.judge_images),
         ("scripts' sensing", lambda world: world.scripts.senses and world.scripts.sense),
         ("graphs", lambda world: world.graphs.has_work and world.graphs.record_all),
-        ("images for the program", lambda world: world.vision.is_handled and world.vision.expect),
         ("time", lambda world: world.simulation.count_step),
     )
     """The stages of a simulation step, in the order of V-REP's main script. Other images are rendered on request."""

@@ -9,7 +9,7 @@ earlier images, is rendered in each simulation step. Filters and the conversion 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -199,27 +199,16 @@ class VisionSensors(HandledSensors, Part):
             settings.image = None
             return
         self._take(sensor, self._sim.step_count)
-        if not self._order.is_used:
-            self._sim.replan()
-        self._render_ahead(self._order.handled(handle, self._sim.version))
+        self._render_ahead(handle)
         self._on_image(handle)
 
-    @property
-    def is_handled(self) -> bool:
-        """Return whether a program or script handles sensors, so that images may be rendered ahead."""
-        return self._order.is_used
-
-    def expect(self) -> None:
-        """End a simulation step: have the images rendered of the sensors that are probably handled now."""
-        self._render_ahead(self._order.stepped(self._sim.version))
-
-    def _render_ahead(self, handles: Sequence[int]) -> None:
-        """Have images rendered of sensors that are probably handled next."""
-        for handle in handles:
-            if handle in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR) and self.enabled:
-                sensor = self._sensor(handle)
-                if not sensor.settings.external:
-                    self._request(sensor, rgb=True, depth=True)
+    def _render_ahead(self, handle: int) -> None:
+        """Have the image rendered of the sensor that is probably handled next."""
+        expected = self._order.handled(handle, self._sim.version)
+        if expected is not None and expected in self._sim.scene.of_kind(ObjectKind.VISION_SENSOR):
+            sensor = self._sensor(expected)
+            if not sensor.settings.external:
+                self._request(sensor, rgb=True, depth=True)
 
     def set_explicit(self, handle: int, explicit: bool) -> None:
         """Set whether scripts handle a sensor. Its image stays, that of the last simulation step if no other one."""
