@@ -16,7 +16,7 @@ from simx_server.app.building import build_world
 from simx_server.editing import copying, creating, models
 from simx_server.scene.editing import editing
 from simx_server.scene.formats.loader import load_text
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.world.world import World
 
 from .boxes import MODEL

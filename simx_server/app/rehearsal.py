@@ -203,7 +203,7 @@ def _run(request: dict[str, Any], collector: _Collector) -> str:
     """Load the scene and make the steps; return why it was ended early, or nothing."""
     # Slow, and needed by the child only.
     from simx_server.scene.trial.child import limit_process
-    from simx_server.sensors.vision.render_thread import RenderThread
+    from simx_server.sensors.rendering.render_thread import RenderThread
     from simx_server.simulation.simulation import SimulationState
 
     from .building import build_world

@@ -35,7 +35,7 @@ from simx_server.scene.formats.exporting.folder import write_folder
 from simx_server.scene.formats.saving import save_mjcf
 from simx_server.scene.trial.helper import Helper
 from simx_server.sensors.opengl.backend import Probe
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.service.ending import Ending
 from simx_server.service.loop import ServerLoop
 from simx_server.service.service import Service

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from simx_server.scene.editing.twins import Twins
-    from simx_server.sensors.vision.render_thread import RenderThread
+    from simx_server.sensors.rendering.render_thread import RenderThread
 
     from .world import World
 

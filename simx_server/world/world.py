@@ -49,7 +49,7 @@ from simx_server.sensors.distance.meters import Meters
 from simx_server.sensors.force import ForceSensors
 from simx_server.sensors.instant import Instants
 from simx_server.sensors.proximity.proximity import ProximitySensors
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.sensors.vision.vision_sensors import VisionSensors
 from simx_server.simulation.applied_forces import AppliedForces
 from simx_server.simulation.simulation import Simulation, SimulationState

@@ -17,7 +17,7 @@ from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
 from simx_server.scene.formats.annotations import GRAMMAR
 from simx_server.scene.formats.loader import load_scene
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 
 from .codec import Bytes
 from .scene import SCENE

@@ -12,7 +12,7 @@ from real_world import RealWorld, handle_of, render_with, start_stepped, step
 
 import simx_client as vrep
 from simx_server.sensors.opengl.backend import RAYCAST, Backend
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 

@@ -26,7 +26,7 @@ from simx_server.limits import Limits
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf.base import foot_of
 from simx_server.scene.objects import ObjectKind
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.world.world import World
 
 ANGLE, LENGTH = 0.15, 0.02

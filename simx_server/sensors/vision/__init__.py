@@ -1,1 +1,1 @@
-"""Vision sensors and the render thread."""
+"""Vision sensors: their images, filters and settings."""

@@ -35,9 +35,8 @@ from .vision_settings import Verdict, VisionSettings
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
     from simx_server.scene.saved import Saved
+    from simx_server.sensors.rendering.render_thread import RenderThread
     from simx_server.simulation.simulation import Simulation
-
-    from .render_thread import RenderThread
 
 
 class VisionSensors(HandledSensors, Part):

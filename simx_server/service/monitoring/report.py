@@ -27,7 +27,7 @@ from simx_client.protocol.reports import (
     Timing,
 )
 from simx_server import __version__
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.service.clients.sessions import ClientSession, Departed
 from simx_server.service.service import Service
 

@@ -39,13 +39,13 @@ EYE = '<camera name="eye" pos="0 0 3" resolution="16 16"/>'
 HANGING = """
 import sys, threading
 from simx_server.app import server
-from simx_server.sensors.vision import render_thread
+from simx_server.sensors.rendering import current_renderer
 from simx_server.settings.settings import Settings
 
 def hang(name, give_up):
     threading.Event().wait()
 
-render_thread.CHOSEN_WITHIN = 0.1
+current_renderer.CHOSEN_WITHIN = 0.1
 sys.exit(server.serve(Settings(scene=sys.argv[1], ports=(0,)), hang))
 """
 """A server whose graphics driver never comes back."""
@@ -101,13 +101,13 @@ def test_waiting_for_images_ends_when_they_are_drawn_or_the_server_ends(tmp_path
     (tmp_path / "eyes.xml").write_text(ROOM.format(EYE))
     world = RealWorld(tmp_path / "eyes.xml", workspace=tmp_path)
     rendering, may_draw = world.parts.rendering, threading.Event()
-    make = rendering._make
+    make = rendering._current._make
 
     def make_later(model: Any, backend: Any) -> Any:
         may_draw.wait(START_TIMEOUT)
         return make(model, backend)
 
-    rendering._make = make_later
+    rendering._current._make = make_later
     try:
         WarmUp(world.parts)
         wait_until_warm(rendering, lambda: True)
@@ -182,13 +182,13 @@ def test_one_of_many_servers_prepares_images_for_who_gets_the_handle_of_a_camera
 
 def test_a_stream_of_the_handle_of_a_camera_does_not_wait(small: RealWorld) -> None:
     client, rendering, may_draw = small.client(), small.parts.rendering, threading.Event()
-    make = rendering._make
+    make = rendering._current._make
 
     def make_later(model: Any, backend: Any) -> Any:
         may_draw.wait(START_TIMEOUT)
         return make(model, backend)
 
-    rendering._make = make_later
+    rendering._current._make = make_later
     try:
         get = lambda mode: vrep.simxGetObjectHandle(client, "eye", mode)  # noqa: E731
         get(vrep.simx_opmode_streaming)

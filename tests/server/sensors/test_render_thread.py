@@ -20,10 +20,10 @@ from processes import wait_until
 from simx_server.limits import Limits
 from simx_server.scene.cameras.image import PART, CameraImage, CameraView, Renderer, RenderError, nothing
 from simx_server.sensors.opengl.backend import Backend
-from simx_server.sensors.vision import render_thread
-from simx_server.sensors.vision.image_queue import ImageQueue
-from simx_server.sensors.vision.newest import NewestImages
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering import jobs, render_thread
+from simx_server.sensors.rendering.image_queue import ImageQueue
+from simx_server.sensors.rendering.newest import NewestImages
+from simx_server.sensors.rendering.render_thread import RenderThread
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
@@ -492,7 +492,7 @@ def test_what_waits_behind_a_hanging_image_fails_with_it(
     running = asker.ask(1.0)
     assert scripted.started.wait(WAIT)
     waiting = asker.ask(2.0)
-    monkeypatch.setattr(render_thread._Doing, "is_overdue", lambda self: True)
+    monkeypatch.setattr(jobs.Doing, "is_overdue", lambda self: True)
     thread.watch()
     for picture in (running, waiting):
         with pytest.raises(RenderError, match="graphics driver"):
@@ -520,7 +520,7 @@ def test_closing_gives_up_an_image_that_hangs(
 def test_the_back_end_is_logged_once(
     scripted: ScriptedRenderer, thread: RenderThread, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with caplog.at_level(logging.INFO, logger="simx_server.sensors.vision.render_thread"):
+    with caplog.at_level(logging.INFO, logger="simx_server.sensors.rendering.current_renderer"):
         Asker(thread).ask(1.0).result(WAIT)
         Asker(thread).ask(1.0).result(WAIT)
     assert [(record.levelname, record.message) for record in caplog.records] == [
@@ -533,7 +533,7 @@ def test_a_program_that_forgets_to_close_still_ends() -> None:
 import mujoco
 from simx_server.sensors.opengl.backend import Backend
 from simx_server.scene.cameras.image import CameraView
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 
 model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><camera/></worldbody></mujoco>")
 data = mujoco.MjData(model)

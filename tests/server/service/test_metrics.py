@@ -24,7 +24,7 @@ from simx_client.protocol.messages import Batch, Call
 from simx_client.protocol.reports import decode_health, decode_metrics, encode_report
 from simx_server.scene.cameras.image import CameraImage, CameraView, Renderer, RenderError
 from simx_server.sensors.opengl.backend import Backend
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.clock import Pacer
 from simx_server.service.monitoring import report

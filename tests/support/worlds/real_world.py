@@ -21,7 +21,7 @@ from simx_server.app.server import open_world
 from simx_server.gateways.embedded.transport import EmbeddedTransport
 from simx_server.gateways.embedded.turns import Turns
 from simx_server.handlers import HANDLERS
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.service.clock import Pacer
 from simx_server.service.loop import ServerLoop
 from simx_server.service.service import build_service

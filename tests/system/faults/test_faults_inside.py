@@ -17,7 +17,8 @@ from real_world import BLOCKING, RealWorld, handle_of, render_with, start_steppe
 import simx_client as v
 from simx_server.scene.cameras.image import CameraImage, CameraView, Renderer, nothing
 from simx_server.sensors.opengl.backend import Backend
-from simx_server.sensors.vision.render_thread import RenderThread, make_renderer
+from simx_server.sensors.rendering.current_renderer import make_renderer
+from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.simulation.simulation import SimulationState
 
 pytestmark = pytest.mark.slow

@@ -13,7 +13,7 @@ from camera_world import FRONT, SCENE, load
 from simx_server.scene.cameras.image import CameraView
 from simx_server.sensors.opengl import renderer as opengl
 from simx_server.sensors.opengl.renderer import OpenGLRenderer
-from simx_server.sensors.vision.shared_cameras import CameraPlaces, ViewPairs
+from simx_server.sensors.rendering.shared_cameras import CameraPlaces, ViewPairs
 
 __all__ = ["make_renderer", "opengl_name"]
 

@@ -13,7 +13,7 @@ from sim_api_calls import SCENE, ScriptWorld
 
 from simx_server.scripting.callbacks import images as pictures
 from simx_server.sensors.opengl.backend import RAYCAST, Backend
-from simx_server.sensors.vision.render_thread import RenderThread
+from simx_server.sensors.rendering.render_thread import RenderThread
 
 TWO_EYES = SCENE.replace(
     '<site name="tip"', '<camera name="lazy" resolution="2 2"/><site name="tip"'

@@ -16,8 +16,6 @@ import threading
 import time
 from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future, wait
-from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import mujoco
 
@@ -26,109 +24,20 @@ from simx_server.scene.cameras.image import PART, CameraImage, CameraView, Rende
 from simx_server.sensors.opengl.backend import RAYCAST, Backend, Probe, choose_backend
 from simx_server.service.monitoring.durations import ImageTimes
 
+from .current_renderer import CurrentRenderer, make_renderer
 from .image_queue import ImageQueue
+from .jobs import DRAWN_WITHIN, Doing, ImageJob, Preparation, channels, title
 from .newest import NewestImages
-from .shared_cameras import CameraPlaces, Requested, ViewPairs
+from .shared_cameras import CameraPlaces, ViewPairs
 from .state_copies import Snapshot, SnapshotPool
 
 logger = logging.getLogger(__name__)
-
-CHOSEN_WITHIN = 60.0
-"""Seconds until a back end must be chosen; after that, images fail until it is.
-
-Eight programs that start at once on two busy processors need half a minute.
-"""
-
-DRAWN_WITHIN = 30.0
-"""The same for making a renderer or one image: a large scene by ray casting on a busy machine takes long."""
 
 RESTS_AFTER = 5.0
 """Seconds without a request after which the memory of large images is freed."""
 
 _JOIN_TIMEOUT = 2.0
 _OWNER_CHECK = 1.0
-
-
-class _Doing(NamedTuple):
-    """The present task of the render thread, for the case that it never ends."""
-
-    what: str
-    since: float
-    limit: float
-
-    def is_overdue(self) -> bool:
-        return time.monotonic() > self.since + self.limit
-
-    def reason(self) -> str:
-        seconds = time.monotonic() - self.since
-        return (
-            f"the render thread has been {self.what} for {seconds:.0f} s, so no picture can be made now; the graphics "
-            "driver may hang: test it with simx-server --doctor, or set MUJOCO_GL=disable to cast rays"
-        )
-
-
-@dataclass(eq=False)
-class _Job:
-    """One image: waiting, in progress, or done and kept as the newest of its camera."""
-
-    model: mujoco.MjModel
-    view: CameraView
-    version: Hashable
-    rgb: bool
-    depth: bool
-    asked: set[str]
-    """Requested channels, which may be fewer than the rendered ones."""
-    cameras: set[int]
-    """All cameras that requested it."""
-    snapshot: Snapshot | None
-    """None once the image is done."""
-    asker: str = ""
-    future: "Future[CameraImage]" = field(default_factory=Future[CameraImage])
-    is_given_up: bool = False
-    """It has failed although it is in progress."""
-    twin: "_Job | None" = None
-    """The image of codes that belongs to colours, or the other way round; both come from one drawing."""
-
-    def expect(self, other: Requested) -> "_Job":
-        """Make the other image of a pair, which waits for this one and fails with it."""
-        self.rgb = self.depth = True
-        twin = self.twin = _Job(
-            self.model, other.view, self.version, True, True, set(), {other.camera}, None, self.asker
-        )
-
-        def fail(done: "Future[CameraImage]") -> None:
-            error = done.exception()
-            if error is not None:
-                twin.future.set_exception(error)
-
-        self.future.add_done_callback(fail)
-        return twin
-
-    @property
-    def key(self) -> tuple[int, CameraView, Hashable]:
-        return id(self.model), self.view, self.version
-
-
-@dataclass(eq=False)
-class _Preparation:
-    """A model to make the renderer for, and views to draw once."""
-
-    model: mujoco.MjModel
-    views: Sequence[CameraView]
-    snapshot: Snapshot | None
-    done: "Future[None]" = field(default_factory=Future[None])
-
-
-def make_renderer(model: mujoco.MjModel, backend: Backend) -> Renderer:
-    """Return the renderer of a back end; call it on the thread that will use it."""
-    # Imported late: a server without cameras needs neither.
-    if backend.name == RAYCAST:
-        from simx_server.sensors.ray_casting.renderer import RaycastRenderer
-
-        return RaycastRenderer(model)
-    from simx_server.sensors.opengl.renderer import OpenGLRenderer
-
-    return OpenGLRenderer(model, backend.name)
 
 
 class RenderThread:
@@ -151,42 +60,41 @@ class RenderThread:
         probe: Probe | None = None,
     ) -> None:
         self._limits = limits or Limits()
-        self.ready = threading.Event()
-        """Set once the back end is chosen."""
         self.times = ImageTimes()
         self._closing = threading.Event()
-        self._choose = choose or functools.partial(choose_backend, probe=probe, give_up=self._closing)
-        self._make = make
-        self._backend: Backend | None = None
+        choose = choose or functools.partial(choose_backend, probe=probe, give_up=self._closing)
+        self._current = CurrentRenderer(choose, make, self._begin, self.close)
 
         self._wake = threading.Condition()
-        self._waiting: ImageQueue[_Job] = ImageQueue(self._limits.pictures)
-        self._pending: dict[Hashable, _Job] = {}  # waiting or running, by key
-        self._newest: NewestImages[_Job] = NewestImages()
+        self._waiting: ImageQueue[ImageJob] = ImageQueue(self._limits.pictures)
+        self._pending: dict[Hashable, ImageJob] = {}  # waiting or running, by key
+        self._newest: NewestImages[ImageJob] = NewestImages()
         self._places = CameraPlaces()
         self._pairs = ViewPairs()
-        self._running: _Job | None = None
-        self._doing: _Doing | None = None
+        self._running: ImageJob | None = None
+        self._doing: Doing | None = None
         self._is_hanging = False
         self.warms_on_demand = False
         """See `warm_on_demand`."""
 
-        self._to_prepare: _Preparation | None = None
+        self._to_prepare: Preparation | None = None
         self._prepared = _nothing_to_do()
         """The newest preparation."""
 
         self._pool = SnapshotPool()
         self._thread: threading.Thread | None = None
 
-        # Used by the render thread alone.
-        self._renderer: Renderer | None = None
-        self._renderer_model: mujoco.MjModel | None = None
         self._is_rested = True
 
     @property
     def backend(self) -> Backend | None:
         """Return the chosen back end; None before the first image was requested."""
-        return self._backend
+        return self._current.backend
+
+    @property
+    def ready(self) -> threading.Event:
+        """Return what is set once the back end is chosen."""
+        return self._current.ready
 
     @property
     def is_begun(self) -> bool:
@@ -250,13 +158,13 @@ class RenderThread:
         depth: bool,
         version: Hashable,
         asker: str,
-    ) -> "tuple[Future[CameraImage], _Job | None]":
+    ) -> "tuple[Future[CameraImage], ImageJob | None]":
         """Return the future, and a job to drop because there are too many. Needs the lock."""
         if self._closing.is_set():
             return _failed("rendering is closed; the server is shutting down"), None
         if self._doing is not None and self._doing.is_overdue():
             return _failed(self._doing.reason()), None
-        camera, asked = view.camera_id, _names(rgb, depth)
+        camera, asked = view.camera_id, channels(rgb, depth)
         view = self._places.by_first(model, data, view)
         key = (id(model), view, version)
         before, other = self._newest.of(camera), self._pairs.requested(view, camera, version)
@@ -270,11 +178,11 @@ class RenderThread:
             if known.rgb >= rgb and known.depth >= depth:
                 return known.future, None
             asked |= known.asked
-        if asked != _names(rgb, depth) or (before is not None and len(before.asked) == 2):
+        if asked != channels(rgb, depth) or (before is not None and len(before.asked) == 2):
             # A caller that then requested the other channel is likely to do so again.
             rgb = depth = True
         snapshot = self._pool.take(model, data, version)
-        job = _Job(model, view, version, rgb, depth, asked, {camera}, snapshot, asker)
+        job = ImageJob(model, view, version, rgb, depth, asked, {camera}, snapshot, asker)
         self._pending[key] = job
         if other is not None and rgb:
             twin = job.expect(other)
@@ -300,7 +208,7 @@ class RenderThread:
             if self._closing.is_set():
                 return _nothing_to_do()
             snapshot = self._pool.take(model, data, version) if views else None
-            preparation = _Preparation(model, views, snapshot)
+            preparation = Preparation(model, views, snapshot)
             before, self._to_prepare = self._to_prepare, preparation
             self._prepared = preparation.done
             if before is not None:
@@ -340,7 +248,7 @@ class RenderThread:
         if running is not None:
             running.future.set_exception(RenderError(reason))
 
-    def _give_up_running(self) -> _Job | None:
+    def _give_up_running(self) -> ImageJob | None:
         """Return the job in progress, which is to fail now; its result is not used. Needs the lock."""
         job = self._running
         if job is None or job.is_given_up:
@@ -388,7 +296,7 @@ class RenderThread:
             while (work := self._next()) is not None:
                 work()
         finally:
-            self._drop_renderer()
+            self._current.drop()
 
     def _next(self) -> Callable[[], None] | None:
         """Return the next image to render, else a preparation; None when closing."""
@@ -413,23 +321,17 @@ class RenderThread:
 
     def _begin(self, what: str, limit: float) -> None:
         self._is_rested = False
-        self._doing = _Doing(what, time.monotonic(), limit)
+        self._doing = Doing(what, time.monotonic(), limit)
 
     def _rest(self) -> None:
         """Free memory that the next image does not need, after a time without requests."""
         with self._wake:
             self._newest.clear()
             self._pool.rest()
-        if self._renderer is not None:
-            self._begin("giving memory back", DRAWN_WITHIN)
-            try:
-                self._renderer.rest()
-            except Exception as error:
-                logger.warning("a renderer could not give memory back, so a new one is made: %s", error)
-                self._drop_renderer()
+        self._current.rest()
         self._is_rested = True
 
-    def _next_job(self, suits: Callable[[_Job], bool] | None = None) -> tuple[_Job, Snapshot] | None:
+    def _next_job(self, suits: Callable[[ImageJob], bool] | None = None) -> tuple[ImageJob, Snapshot] | None:
         """Return the next image that is still requested, and mark it as in progress. Needs the lock."""
         while (job := self._waiting.take(suits)) is not None:
             if job.snapshot is not None and job.future.set_running_or_notify_cancel():
@@ -438,21 +340,21 @@ class RenderThread:
             self._forget(job)
         return None
 
-    def _do(self, job: _Job, snapshot: Snapshot) -> None:
+    def _do(self, job: ImageJob, snapshot: Snapshot) -> None:
         """Render an image. Errors of a driver or a renderer go to the caller; the thread continues."""
         try:
             self._make_image(job, snapshot, self._let_in(job))
         except Exception:  # the caller has received the error
-            self._drop_renderer()
+            self._current.drop()
 
-    def _let_in(self, large: _Job) -> Callable[[], None]:
+    def _let_in(self, large: ImageJob) -> Callable[[], None]:
         """Return a function to call between two parts of a large image.
 
         It renders small images, for the duration of a part.
         """
         part_began = time.perf_counter()
 
-        def suits(job: _Job) -> bool:
+        def suits(job: ImageJob) -> bool:
             return job.model is large.model and job.view.width * job.view.height <= PART
 
         def let_in() -> None:
@@ -471,20 +373,20 @@ class RenderThread:
                 finally:
                     with self._wake:
                         self._running = large
-            self._begin(f"drawing {_told(large.view)}", DRAWN_WITHIN)
+            self._begin(f"drawing {title(large.view)}", DRAWN_WITHIN)
             part_began = time.perf_counter()
 
         return let_in
 
-    def _make_image(self, job: _Job, snapshot: Snapshot, let_in: Callable[[], None]) -> None:
+    def _make_image(self, job: ImageJob, snapshot: Snapshot, let_in: Callable[[], None]) -> None:
         """Render an image, or report the error to the caller. Raises the errors of a driver or a renderer."""
         began = time.perf_counter()
         try:
             renderer = self._renderer_for(job.model)
-            self._begin(f"drawing {_told(job.view)}", DRAWN_WITHIN)
-            images = _rendered(renderer, job, snapshot, let_in)
+            self._begin(f"drawing {title(job.view)}", DRAWN_WITHIN)
+            images = job.draw(renderer, snapshot, let_in)
             took = time.perf_counter() - began
-            self.times.made(_camera_name(job), took)
+            self.times.made(job.camera_name, took)
         except Exception as error:
             self._end_job(job, time.perf_counter() - began, {})
             self._tell_failure(job, error)
@@ -494,7 +396,7 @@ class RenderThread:
             for made, image in images.items():
                 made.future.set_result(image)
 
-    def _end_job(self, job: _Job, took: float, images: dict[_Job, CameraImage]) -> None:
+    def _end_job(self, job: ImageJob, took: float, images: dict[ImageJob, CameraImage]) -> None:
         with self._wake:
             self._forget(job)
             self._running = None
@@ -503,115 +405,54 @@ class RenderThread:
                 for made, image in images.items():
                     self._newest.keep(made, image.nbytes)
 
-    def _tell_failure(self, job: _Job, error: Exception) -> None:
-        explained = _explained(job, self._backend, error)
+    def _tell_failure(self, job: ImageJob, error: Exception) -> None:
+        explained = job.explained(self.backend, error)
         self.times.not_made(str(explained))
         if not job.is_given_up:
             job.future.set_exception(explained)
 
-    def _forget(self, job: _Job) -> None:
+    def _forget(self, job: ImageJob) -> None:
         """Release what a job holds while it is pending. Needs the lock."""
         self._unlist(job)
         if job.snapshot is not None:
             self._pool.give_back(job.snapshot)
             job.snapshot = None
 
-    def _unlist(self, job: _Job) -> None:
+    def _unlist(self, job: ImageJob) -> None:
         """Have no later request share a job. Needs the lock."""
         for each in (job, job.twin):
             if each is not None and self._pending.get(each.key) is each:
                 del self._pending[each.key]
 
-    def _prepare(self, preparation: _Preparation) -> None:
+    def _prepare(self, preparation: Preparation) -> None:
         try:
             renderer = self._renderer_for(preparation.model)
-            is_cast = (
-                self._backend is not None and self._backend.name == RAYCAST
-            )  # no work is left for the first use
+            # Rays leave no work for the first use.
+            is_cast = self.backend is not None and self.backend.name == RAYCAST
             for view in () if is_cast else preparation.views:
                 if self._waiting or self._closing.is_set() or preparation.snapshot is None:
                     break
-                self._begin(f"drawing {_told(view)}", DRAWN_WITHIN)
+                self._begin(f"drawing {title(view)}", DRAWN_WITHIN)
                 renderer.render(preparation.snapshot.data, view, True, True)
         except Exception as error:
-            self._drop_renderer()
+            self._current.drop()
             if not self._closing.is_set():
                 logger.warning("cannot render: %s", error)
         with self._wake:
             self._end_preparation(preparation)
         preparation.done.set_result(None)
 
-    def _end_preparation(self, preparation: _Preparation) -> None:
+    def _end_preparation(self, preparation: Preparation) -> None:
         """Release what a preparation holds. Needs the lock."""
         if preparation.snapshot is not None:
             self._pool.give_back(preparation.snapshot)
             preparation.snapshot = None
 
     def _renderer_for(self, model: mujoco.MjModel) -> Renderer:
-        if self._renderer is not None and self._renderer_model is model:
-            return self._renderer
-        with self._wake:
-            self._newest.clear()
-        if self._backend is None:
-            self._begin("trying OpenGL back ends", CHOSEN_WITHIN)
-            self._take_backend()
-        assert self._backend is not None
-        self._begin(f"loading the scene with {self._backend.name}", DRAWN_WITHIN)
-        self._renderer_model = None
-        if self._renderer is None:
-            self._renderer = self._make(model, self._backend)
-            # In a user's program nothing closes this thread before the GL libraries' own functions at exit, which run
-            # later than this one because they were registered earlier.
-            atexit.register(self.close)
-        else:
-            self._renderer.turn_to(model)
-        self._renderer_model = model
-        return self._renderer
-
-    def _take_backend(self) -> None:
-        backend = self._choose()
-        level = logging.WARNING if backend.name == RAYCAST else logging.INFO
-        logger.log(level, "images are made with %s: %s", backend.name, backend.reason)
-        self._backend = backend
-        self.ready.set()
-
-    def _drop_renderer(self) -> None:
-        renderer, self._renderer, self._renderer_model = self._renderer, None, None
-        if renderer is None:
-            return
-        try:
-            renderer.close()
-        except Exception:
-            # After a failure of the driver closing may fail too; a new context does not depend on it.
-            logger.exception("a renderer did not close cleanly")
-
-
-def _rendered(
-    renderer: Renderer, job: _Job, snapshot: Snapshot, let_in: Callable[[], None]
-) -> dict[_Job, CameraImage]:
-    """Return the images of a job and its twin."""
-    twin = job.twin
-    if twin is None:
-        return {job: renderer.render(snapshot.data, job.view, job.rgb, job.depth, let_in)}
-    colours, coded = (job, twin) if job.view.codes is None else (twin, job)
-    made = renderer.render_both(snapshot.data, colours.view, coded.view, let_in)
-    # The twin is done first: the conversions of the other image may take long.
-    return dict(zip((twin, job), made if twin is colours else made[::-1], strict=True))
-
-
-def _names(rgb: bool, depth: bool) -> set[str]:
-    return {name for name, is_asked in (("rgb", rgb), ("depth", depth)) if is_asked}
-
-
-def _camera_name(job: _Job) -> str:
-    if job.view.viewpoint is not None:
-        return "(overview)"
-    camera = job.view.camera_id
-    return mujoco.mj_id2name(job.model, mujoco.mjtObj.mjOBJ_CAMERA, camera) or f"camera {camera}"
-
-
-def _told(view: CameraView) -> str:
-    return "the overview" if view.viewpoint is not None else f"camera id {view.camera_id}"
+        if not self._current.is_for(model):
+            with self._wake:
+                self._newest.clear()
+        return self._current.turned_to(model)
 
 
 def _nothing_to_do() -> "Future[None]":
@@ -624,13 +465,3 @@ def _failed(reason: str) -> "Future[CameraImage]":
     future: Future[CameraImage] = Future()
     future.set_exception(RenderError(reason))
     return future
-
-
-def _explained(job: _Job, backend: Backend | None, error: Exception) -> RenderError:
-    means = f" with {backend.name}" if backend is not None else ""
-    explained = RenderError(
-        f"the {job.view.width} x {job.view.height} picture of {_told(job.view)} "
-        f"could not be rendered{means}: {error}"
-    )
-    explained.__cause__ = error
-    return explained
