@@ -146,6 +146,7 @@ class LuaInterpreter:
             self._sealed(lambda: names(api.namespaces()), b""),
             self._to_lua(dict(OLD_SPACES)),
             self._runtime.table_from(compiled),
+            self._sealed(lambda kind, data: self._numbers(kind[0], data), None),
         )
         # As functions, not the table that holds them: lupa cannot index a table while a coroutine runs.
         self._face = dict(face.items())

@@ -22,7 +22,7 @@
 -- first) or `wait` (call again after the next resumption).
 
 local late, invoke, proceed, output, module, with_turns, is_tired, refuse, phases, tell_lacking, max_depth, spaces,
-    find_member, all_members, old_spaces, parts = ...
+    find_member, all_members, old_spaces, parts, to_python = ...
 
 -- A script cannot read the metatable of a Python object, should one get out.
 debug.getmetatable(late).__metatable = false
@@ -43,7 +43,7 @@ local watching = part("watch")(late)
 local where, look, begin, arm, disarm =
     watching.where, watching.look, watching.begin, watching.arm, watching.disarm
 
-local values = part("values")(where, max_depth)
+local values = part("values")(where, max_depth, to_python)
 local plain_all, leaving = values.plain_all, values.leaving
 
 local function finish(status, ...)

@@ -2,36 +2,16 @@
 --
 -- Python needs 0.3 us for an item of a table. So lists of numbers leave packed in a string, which takes a tenth.
 --
--- Arguments: a function that tells the script's place, and the greatest depth of tables.
+-- Arguments: a function that tells the script's place, the greatest depth of tables, and a function of Python that
+-- makes its own list of a packed one.
 
-local where, max_depth = ...
+local where, max_depth, to_python = ...
 
 local getinfo, getlocal, setlocal, getupvalue, setupvalue = debug.getinfo, debug.getlocal, debug.setlocal,
     debug.getupvalue, debug.setupvalue
-local error, format, find, type, next, select, mathtype = error, string.format, string.find, type, next, select,
-    math.type
+local error, format, find, type, next, select, mathtype, rawequal = error, string.format, string.find, type, next,
+    select, math.type, rawequal
 local pack, rep, packed, unpack, concat = string.pack, string.rep, table.pack, table.unpack, table.concat
-
--- Refuses what cannot leave the script: keys of tables are text or whole numbers.
-local function check(value, nesting)
-    local kind = type(value)
-    if kind == "thread" or kind == "userdata" then error(where() .. "a " .. kind .. " cannot leave the script", 0) end
-    if kind ~= "table" then return end
-    if nesting > max_depth then error(where() .. "has a table nested too deeply, or within itself", 0) end
-    for key, item in next, value do
-        if mathtype(key) ~= "integer" and type(key) ~= "string" then
-            local what = mathtype(key) and "number with a fraction" or type(key)
-            error(where() .. "a table with a " .. what .. " as a key cannot leave the script; keys are text or whole "
-                .. "numbers", 0)
-        end
-        if mathtype(item) == nil then check(item, nesting + 1) end
-    end
-end
-
-local function plain_all(...)
-    for i = 1, select("#", ...) do check((select(i, ...)), 1) end
-    return ...
-end
 
 -- The kind of a table that is a list of numbers and that Lua has in their order, and its length; nil for any other,
 -- and for a list that would take too much of the script's memory as a string. Kinds are those of `_given` in
@@ -82,6 +62,50 @@ local function as_string(list, kind, count)
     return concat(pieces)
 end
 
+local LONG <const> = 50                                        -- numbers from which a list of Python costs less
+
+-- A value as it can leave the script, or an error: keys of tables are text or whole numbers. Long lists of numbers in a
+-- table become lists of Python, in a copy of what holds them.
+local function checked(value, nesting)
+    local kind = type(value)
+    if kind == "thread" or kind == "userdata" then error(where() .. "a " .. kind .. " cannot leave the script", 0) end
+    if kind ~= "table" then return value end
+    if nesting > max_depth then error(where() .. "has a table nested too deeply, or within itself", 0) end
+    local numbers, count = kind_of(value)
+    if numbers then return count < LONG and value or to_python(numbers, as_string(value, numbers, count)) end
+    local copy
+    for key, item in next, value do
+        if mathtype(key) ~= "integer" and type(key) ~= "string" then
+            local what = mathtype(key) and "number with a fraction" or type(key)
+            error(where() .. "a table with a " .. what .. " as a key cannot leave the script; keys are text or whole "
+                .. "numbers", 0)
+        end
+        if mathtype(item) == nil then
+            local light = checked(item, nesting + 1)
+            if not rawequal(light, item) then
+                if not copy then
+                    copy = {}
+                    for name, other in next, value do copy[name] = other end
+                end
+                copy[key] = light
+            end
+        end
+    end
+    return copy or value
+end
+
+-- The results of a function of the script.
+local function plain_all(...)
+    for i = 1, select("#", ...) do
+        if mathtype((select(i, ...))) == nil then
+            local values = packed(...)
+            for place = i, values.n do values[place] = checked(values[place], 1) end
+            return unpack(values, 1, values.n)
+        end
+    end
+    return ...
+end
+
 -- Before the values the kinds of all, one letter for each.
 local function with_lists(...)
     local values, kinds = packed(...), {}
@@ -91,7 +115,7 @@ local function with_lists(...)
         if kind then
             values[i] = as_string(value, kind, count)
         else
-            check(value, 1)
+            values[i] = checked(value, 1)
         end
         kinds[i] = kind or ALONE
     end
@@ -103,7 +127,7 @@ local function leaving(...)
     for i = 1, select("#", ...) do
         local value = select(i, ...)
         if type(value) == "table" then return with_lists(...) end
-        if mathtype(value) == nil then check(value, 1) end
+        if mathtype(value) == nil then checked(value, 1) end
     end
     return nil, ...
 end

@@ -167,6 +167,8 @@ class Recorder(LuaEchoApi):
         ("long(7000, 1)", [list(range(1, 7001))]),
         ("long(300001, 1)", [list(range(1, 300002))]),
         ("lying", [[1, 2]]),
+        ("{width = 2, data = long(60, 1)}", [{"width": 2, "data": list(range(1, 61))}]),
+        ("{long(60, 1, 0.5), {7}}, 'x'", [[[0.5 if i == 30 else i for i in range(1, 61)], [7]], b"x"]),
     ],
 )
 def test_lists_of_numbers_reach_functions_with_their_types(arguments: str, given: list[Any]) -> None:
@@ -182,6 +184,18 @@ def test_lists_of_numbers_reach_functions_with_their_types(arguments: str, given
         end""")
     interpreter.evaluate(f"sim.echo({arguments})".encode())
     assert repr(api.calls) == repr([given])  # 1 is not 1.0, -0.0 is not 0.0
+
+
+def test_long_lists_within_results_leave_and_the_script_keeps_its_own() -> None:
+    interpreter = script("""
+        local image = {width = 60, data = {}}
+        for i = 1, 60 do image.data[i] = i / 2 end
+        function give() return image, image.data, 5 end
+        function kept() return type(image.data), #image.data, image.data[60] end
+    """)
+    data = [i / 2 for i in range(1, 61)]
+    assert interpreter.call("give") == [{"width": 60, "data": data}, data, 5]
+    assert interpreter.call("kept") == [b"table", 60, 30.0]
 
 
 def test_tables_with_names_are_dicts_both_ways() -> None:
