@@ -267,7 +267,8 @@ def _print_list(name: str, form: Collection[str]) -> int:
     import_mujoco()
     from simx_server.gateways.zmq.listing import offered
     from simx_server.handlers import HANDLERS
-    from simx_server.sim_api.listing import coverage as script_coverage
+    from simx_server.sim_api.listing import forms
+    from simx_server.sim_api.listing.coverage import script_functions
 
     from . import coverage
 
@@ -281,7 +282,7 @@ def _print_list(name: str, form: Collection[str]) -> int:
     if name == "commands":
         page, lines = coverage, coverage.coverage(HANDLERS.keys())
     else:
-        page, lines = script_coverage, script_coverage.script_functions()
+        page, lines = forms, script_functions()
     if "json" in form:
         text = json.dumps(page.as_records(lines), indent=1)
     elif "markdown" in form:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
 from types import MappingProxyType
@@ -18,7 +18,6 @@ from types import MappingProxyType
 from simx_server import sim_api as api
 from simx_server.scripting.signature import Parameter, Signature
 from simx_server.sim_api.namespaces import constants, signatures
-from simx_server.sim_api.properties import listing
 
 
 class Support(StrEnum):
@@ -30,26 +29,7 @@ class Support(StrEnum):
     NONE = "no"
 
 
-LONG = 6
-"""Words of a description that the page does not repeat in another section."""
-
 _MARKS = {Support.NONE: "Not here:", Support.STAND_IN: "Stand-in:", Support.PARTLY: "Partly:"}
-
-PAGE = """\
-# What embedded scripts can call
-
-Made by `simx-server --script-functions --markdown > docs/script-functions.md`; a test holds it fresh.
-{count}.
-
-Lua and Python scripts see the same functions. Every function of `sim` also has its old flat name in Lua, made from the
-new one: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind `=` replaces an argument that is missing or
-nil. A function that is not listed raises an error that names it. A stand-in lets a script run that only dresses
-V-REP's window or serves a missing program: it keeps values, and logs once what is missing. Functions without a mark
-are there in full, unless the heading says stand-ins; functions without a text do what their names say. A function
-without parentheses has the arguments of the next one.
-
-{sections}
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,70 +108,7 @@ def _argument(parameter: Parameter) -> str:
     return f"{name}={'nil' if parameter.default is None else parameter.default}"
 
 
-def as_text(lines: list[ScriptFunction]) -> str:
-    """Return a table for people, with a count at its end."""
-    width = max(len(line.name) for line in lines)
-    rows = [f"{line.name:{width}}  {line.support:8}  {line.differs or line.doc}".rstrip() for line in lines]
-    return "\n".join([*rows, _count(lines)])
-
-
-def as_records(lines: list[ScriptFunction]) -> list[dict[str, object]]:
-    """Return the lines for programs, ready for json.dumps."""
-    return [asdict(line) for line in lines]
-
-
-def as_markdown(lines: list[ScriptFunction]) -> str:
-    """Return the page docs/script-functions.md."""
-    sections: list[str] = []
-    main = {_description(line): line.name for line in lines}
-    for space in api.NAMESPACES:
-        of_space = [line for line in lines if line.name.startswith(f"{space}.")]
-        for topic in dict.fromkeys(line.topic for line in of_space):
-            section = [line for line in of_space if line.topic == topic]
-            are_stand_ins = all(line.support is Support.STAND_IN for line in section)
-            heading = f"## `{space}`: {topic}{', stand-ins' if are_stand_ins else ''}"
-            entries = _entries(section, main, has_marks=not are_stand_ins)
-            sections.append("\n".join([heading, "", *entries]))
-    sections.append(listing.as_markdown())
-    return PAGE.format(count=_count(lines), sections="\n\n".join(sections))
-
-
-def _entries(lines: Sequence[ScriptFunction], main: Mapping[str, str], *, has_marks: bool) -> list[str]:
-    """Return one entry for each description, with all functions that it holds for; those without one come last.
-
-    Args:
-        lines: The functions of a section.
-        main: Description to the function that has it on the page; those of other sections refer to this one.
-        has_marks: Whether each entry says how much of the function is there.
-    """
-    groups: dict[str, list[ScriptFunction]] = {}
-    here = {line.name for line in lines}
-    for line in lines:
-        text = _description(line, has_mark=has_marks)
-        if line.support is not Support.STAND_IN and len(text.split()) > LONG and main[text] not in here:
-            text = f"As `{main[text]}`."
-        groups.setdefault(text, []).append(line)
-    plain = groups.pop("", [])
-    found = [f"* {_calls(functions)}: {description}" for description, functions in groups.items()]
-    return [*found, *([f"* {_calls(plain)}"] if plain else [])]
-
-
-def _calls(functions: Sequence[ScriptFunction]) -> str:
-    """Return the functions with their arguments; those of the same arguments stand together, the last one has them."""
-    names: dict[str, list[str]] = {}
-    for each in functions:
-        names.setdefault(each.arguments, []).append(each.name)
-    calls = {f"{same[-1]}({arguments})": same[:-1] for arguments, same in names.items()}
-    return "; ".join(", ".join(f"`{name}`" for name in [*others, call]) for call, others in calls.items())
-
-
-def _description(line: ScriptFunction, *, has_mark: bool = True) -> str:
-    level = f"*{line.support}*" if has_mark and line.support is not Support.FULL else ""
-    differs = f"*{line.differs}*" if line.differs else ""
-    return " ".join(text for text in (level, line.doc, differs) if text)
-
-
-def _count(lines: list[ScriptFunction]) -> str:
+def count(lines: list[ScriptFunction]) -> str:
     full, partly, stand_in, none = (sum(line.support is level for line in lines) for level in Support)
     return (
         f"{full} functions are there in full, {partly} partly, {stand_in} as stand-ins, {none} only as an error that "
