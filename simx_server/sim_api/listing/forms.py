@@ -18,6 +18,9 @@ from .coverage import ScriptFunction, Support, count
 LONG = 6
 """Words of a description that the page does not repeat in another section."""
 
+NEWS = 5
+"""Words beyond its name that a function's text must have to stand on the page."""
+
 PAGE = """\
 # What embedded scripts can call
 
@@ -32,7 +35,7 @@ The editor of the web viewer shows the same text beside a name. Lua and Python s
 function of `sim` also has its old flat name in Lua: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind
 `=` replaces an argument that is missing or nil. A function that is not listed raises an error that names it.
 
-* A function without a mark is there in full, and without a text does what its name says.
+* A function without a mark is there in full; without a text it does what its name and V-REP's manual say.
 * *partly*: what differs from V-REP follows in italics.
 * *stand-in*: it lets a script run that dresses V-REP's window or serves a missing program. It keeps values, changes
   nothing that a client sees, and logs once what is missing.
@@ -117,7 +120,7 @@ def _description(line: ScriptFunction) -> str:
 
 
 _SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z`\\])")
-_CLAUSE = re.compile(r"(?<=[.!?])\s+(?=[A-Z`\\])|;\s+(?![^(]*\))")
+_CLAUSE = re.compile(r";\s+(?![^(]*\))")
 _DIFFERS = re.compile(r"V-REP|CoppeliaSim|Differs|\bhere\b")
 _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 _EMPTY = frozenset(
@@ -128,18 +131,19 @@ _EMPTY = frozenset(
 
 def _short(line: ScriptFunction) -> str:
     """Return what the function does, and what is said of V-REP; nothing where the name says it already."""
-    parts = _CLAUSE if line.support is Support.FULL else _SENTENCE
-    first, *others = parts.split(line.doc)
+    first, *others = _SENTENCE.split(line.doc)
     kept = [each for each in others if _DIFFERS.search(each)]
-    said = set(map(_stem, _WORDS.findall(f"{line.name} {line.arguments}")))
-    says = {_stem(word) for word in _WORDS.findall(first)} - _EMPTY
-    if says <= said | _EMPTY:
-        first = ""
+    if line.support is Support.FULL and not _DIFFERS.search(first):
+        first = _CLAUSE.split(first)[0]
+    if not kept and line.support in (Support.FULL, Support.PARTLY):
+        said = set(map(_stem, _WORDS.findall(f"{line.name} {line.arguments}")))
+        says = {_stem(word) for word in _WORDS.findall(first)} - _EMPTY
+        if len(says - said) < NEWS:
+            return ""
     return " ".join(_sentence(each) for each in (first, *kept) if each)
 
 
 def _sentence(text: str) -> str:
-    text = text if text[0] == "`" else text[0].upper() + text[1:]
     return text if text.endswith((".", "!", "?")) else f"{text}."
 
 
