@@ -1,7 +1,7 @@
 """Print the list of scripts' functions: as lines, as records for programs, and as the page docs/script-functions.md.
 
-The page has a sentence for each function and what differs from V-REP; the lines and the editor of the web viewer have
-the whole texts.
+The page has the functions by topic and what differs from V-REP; the lines and the editor of the web viewer have the
+whole texts.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from .coverage import ScriptFunction, Support, count
 LONG = 6
 """Words of a description that the page does not repeat in another section."""
 
-NEWS = 5
-"""Words beyond its name that a function's text must have to stand on the page."""
+OWN = "simx."
+"""Functions of this namespace are this project's, so that the page says what they do."""
 
 PAGE = """\
 # What embedded scripts can call
@@ -27,19 +27,19 @@ PAGE = """\
 Made by `simx-server --script-functions --markdown > docs/script-functions.md`; a test holds it fresh.
 {count}.
 
-This page has a sentence for each function, and all that differs from V-REP. Arguments, options and units in full:
+This page says what differs from V-REP. What each function does, with its arguments, options and units:
 
     simx-server --script-functions | grep checkDistance
 
 The editor of the web viewer shows the same text beside a name. Lua and Python scripts see the same functions. Every
 function of `sim` also has its old flat name in Lua: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind
-`=` replaces an argument that is missing or nil. A function that is not listed raises an error that names it.
+`=` replaces an argument that is missing or nil. A function without parentheses has the arguments of the next one. A
+function that is not listed raises an error that names it.
 
-* A function without a mark is there in full; without a text it does what its name and V-REP's manual say.
-* *partly*: what differs from V-REP follows in italics.
+* A function without a text does what V-REP's manual says.
+* *partly*: what differs follows in italics.
 * *stand-in*: it lets a script run that dresses V-REP's window or serves a missing program. It keeps values, changes
   nothing that a client sees, and logs once what is missing.
-* A function without parentheses has the arguments of the next one.
 
 {sections}
 """
@@ -78,7 +78,7 @@ def as_markdown(lines: list[ScriptFunction]) -> str:
 
 
 def _entries(lines: Sequence[ScriptFunction], main: Mapping[str, str]) -> list[str]:
-    """Return one entry for each description, with all functions that it holds for; those without one come last.
+    """Return one entry for each description, with all functions that it holds for; those without one come first.
 
     Args:
         lines: The functions of a section.
@@ -92,8 +92,8 @@ def _entries(lines: Sequence[ScriptFunction], main: Mapping[str, str]) -> list[s
             text = f"As `{main[text]}`."
         groups.setdefault(text, []).append(line)
     plain = groups.pop("", [])
-    found = [f"* {_calls(functions)}: {description}" for description, functions in groups.items()]
-    return [*found, *([f"* {_calls(plain)}"] if plain else [])]
+    found = [f"* {'; '.join(_calls(functions))}: {description}" for description, functions in groups.items()]
+    return [*(f"* {call}" for call in _calls(plain)), *found]
 
 
 def _stand_ins(lines: Sequence[ScriptFunction]) -> list[str]:
@@ -104,13 +104,13 @@ def _stand_ins(lines: Sequence[ScriptFunction]) -> list[str]:
     return [f"* {', '.join(names)}: *{differs}*" for differs, names in groups.items()]
 
 
-def _calls(functions: Sequence[ScriptFunction]) -> str:
+def _calls(functions: Sequence[ScriptFunction]) -> list[str]:
     """Return the functions with their arguments; those of the same arguments stand together, the last one has them."""
     names: dict[str, list[str]] = {}
     for each in functions:
         names.setdefault(each.arguments, []).append(each.name)
     calls = {f"{same[-1]}({arguments})": same[:-1] for arguments, same in names.items()}
-    return "; ".join(", ".join(f"`{name}`" for name in [*others, call]) for call, others in calls.items())
+    return [", ".join(f"`{name}`" for name in [*others, call]) for call, others in calls.items()]
 
 
 def _description(line: ScriptFunction) -> str:
@@ -120,32 +120,17 @@ def _description(line: ScriptFunction) -> str:
 
 
 _SENTENCE = re.compile(r"(?<=[.!?])\s+(?=[A-Z`\\])")
-_CLAUSE = re.compile(r";\s+(?![^(]*\))")
-_DIFFERS = re.compile(r"V-REP|CoppeliaSim|Differs|\bhere\b")
-_WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
-_EMPTY = frozenset(
-    "a,an,and,as,at,by,do,from,in,is,it,its,of,on,one,or,return,set,the,to,with".split(",")  # noqa: SIM905
+_TOLD = re.compile(
+    r"V-REP|CoppeliaSim|Differs|\bhere\b"
+    r"|\bserver|\bextra\b|--[a-z]|workspace|\bviewers?\b|Return [01]:|scripts only|whatever|its stop\b"
 )
-"""Words that say nothing beyond a function's name."""
+"""Words of a sentence that V-REP's manual does not have: about differences, files, extras, flags, windows."""
 
 
 def _short(line: ScriptFunction) -> str:
-    """Return what the function does, and what is said of V-REP; nothing where the name says it already."""
+    """Return what the page says of a function: nothing if it does what V-REP's manual says."""
     first, *others = _SENTENCE.split(line.doc)
-    kept = [each for each in others if _DIFFERS.search(each)]
-    if line.support is Support.FULL and not _DIFFERS.search(first):
-        first = _CLAUSE.split(first)[0]
-    if not kept and line.support in (Support.FULL, Support.PARTLY):
-        said = set(map(_stem, _WORDS.findall(f"{line.name} {line.arguments}")))
-        says = {_stem(word) for word in _WORDS.findall(first)} - _EMPTY
-        if len(says - said) < NEWS:
-            return ""
-    return " ".join(_sentence(each) for each in (first, *kept) if each)
-
-
-def _sentence(text: str) -> str:
-    return text if text.endswith((".", "!", "?")) else f"{text}."
-
-
-def _stem(word: str) -> str:
-    return word.lower().removesuffix("s").removesuffix("e")
+    kept = [each for each in others if _TOLD.search(each)]
+    own = line.name.startswith(OWN) or line.support is not Support.FULL
+    says = own or kept or _TOLD.search(first)
+    return " ".join((first, *kept)) if says else ""
