@@ -4385,8 +4385,8 @@ class SimUI(SimUIConstants):
 
     def create(self, xml: str, /) -> int:
         """Create a window from XML and return its handle. The web viewer shows it, and calls the script's
-        functions. Partly: layouts, sizes and style sheets are ignored; plots, trees, images and 3D scenes are
-        kept and not shown."""
+        functions. Partly: layouts, sizes and style sheets are ignored; lists of properties, 3D scenes and web
+        pages are not shown."""
     def destroy(self, handle: int, /) -> None:
         """Remove a window."""
     def hide(self, handle: int, /) -> None: ...

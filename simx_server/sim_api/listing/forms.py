@@ -126,11 +126,14 @@ _TOLD = re.compile(
 )
 """Words of a sentence that V-REP's manual does not have: about differences, files, extras, flags, windows."""
 
+_REFERS = re.compile(r"\b(?:others?|there|same)\b")
+"""Words of a difference that mean what stands before it."""
+
 
 def _short(line: ScriptFunction) -> str:
     """Return what the page says of a function: nothing if it does what V-REP's manual says."""
     first, *others = _SENTENCE.split(line.doc)
     kept = [each for each in others if _TOLD.search(each)]
-    own = line.name.startswith(OWN) or line.support is not Support.FULL
-    says = own or kept or _TOLD.search(first)
+    own = line.name.startswith(OWN) or line.support is Support.STAND_IN
+    says = own or kept or _TOLD.search(first) or _REFERS.search(line.differs)
     return " ".join((first, *kept)) if says else ""

@@ -36,7 +36,7 @@ class UiWindowFunctions(UiPart, effect="changes"):
     def create(self, xml: str) -> int:
         """Create a window from XML and return its handle. The web viewer shows it, and calls the script's functions.
 
-        Partly: layouts, sizes and style sheets are ignored; plots, trees, images and 3D scenes are kept and not shown.
+        Partly: layouts, sizes and style sheets are ignored; lists of properties, 3D scenes and web pages are not shown.
         """
         window = read_window(xml)
         interpreter = self._script.interpreter
