@@ -21,9 +21,8 @@ PAGE = """\
 Made by `simx-server --commands --markdown > docs/coverage.md`; a test holds it fresh.
 {count}, {names} names with the aliases.
 
-A mode is one of the `simx_opmode_` constants. A function takes them all unless the list says otherwise: *always
-blocking* takes none and waits, *in the client* takes none and asks the server for nothing, or for other functions.
-[api.md](api.md) says what each function does. These differ from the original, by the list below:
+[api.md](api.md) says what each function does, and which operation modes it takes. These differ from the original, by
+the list below:
 
 | function | differs |
 |---|---|
@@ -94,16 +93,15 @@ def as_markdown(lines: list[Coverage]) -> str:
         count=_count(lines),
         names=sum(1 + len(line.aliases) for line in lines),
         rows="\n".join(f"| {' | '.join(row)} |" for row in rows),
-        equal="; ".join(_function(line) for line in lines if not line.differences),
+        equal=", ".join(_function(line) for line in lines if not line.differences),
         differences=as_list(),
     )
 
 
 def _function(line: Coverage) -> str:
-    """Return the names of a function, and its modes unless it takes all."""
+    """Return the names of a function, and whether it is not there yet."""
     names = [f"[`{line.name}`](api.md#{line.name.lower()})", *(f"`{alias}`" for alias in line.aliases)]
-    remark = line.modes if line.supported else _support(line)
-    return ", ".join(names if remark == MODES[Place.REMOTE] else [*names, f"*{remark}*"])
+    return ", ".join(names if line.supported else [*names, f"*{_support(line)}*"])
 
 
 def _support(line: Coverage) -> str:
