@@ -57,8 +57,6 @@ the id that simxStart returned. Arguments of many functions are listed here only
 
 The kinds, and what a list has in it:
 
-| kind | Python | what |
-|---|---|---|
 {kinds}
 
 **The key** of a function is what makes two calls *the same command*: they share one inbox entry and one stream.
@@ -90,10 +88,8 @@ def shared() -> list[str]:
     return [line for line, count in lines.items() if count >= MANY]
 
 
-def kind_rows() -> str:
-    return "\n".join(
-        f"| {kind.name} | `{kind.annotation}` | {kind.meaning} |" for kind in KINDS.values()
-    ).replace(" | None`", " \\| None`")
+def kind_lines() -> str:
+    return "\n".join(f"* {kind.name}, `{kind.annotation}`: {kind.meaning}" for kind in KINDS.values())
 
 
 def modern_twins() -> dict[str, str]:
@@ -169,7 +165,7 @@ def entry(command: Command, line: Coverage, twins: dict[str, str]) -> str:
 def render() -> str:
     twins, lines = modern_twins(), {line.name: line for line in coverage(HANDLERS.keys())}
     sections = [entry(command, lines[command.name], twins) for command in TABLE if command.name in lines]
-    return PAGE.format(shared="\n".join(shared()), kinds=kind_rows(), functions="\n\n".join(sections))
+    return PAGE.format(shared="\n".join(shared()), kinds=kind_lines(), functions="\n\n".join(sections))
 
 
 if __name__ == "__main__":

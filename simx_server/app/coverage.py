@@ -24,8 +24,6 @@ Made by `simx-server --commands --markdown > docs/coverage.md`; a test holds it 
 [api.md](api.md) says what each function does, and which operation modes it takes. These differ from the original, by
 the list below:
 
-| function | differs |
-|---|---|
 {rows}
 
 These do not differ: {equal}.
@@ -88,11 +86,13 @@ def as_records(lines: list[Coverage]) -> list[dict[str, object]]:
 
 def as_markdown(lines: list[Coverage]) -> str:
     """Return the page docs/coverage.md: all functions, and every numbered difference with the test that checks it."""
-    rows = [[_function(line), ", ".join(map(str, line.differences))] for line in lines if line.differences]
+    rows = [
+        f"* {_function(line)}: {', '.join(map(str, line.differences))}" for line in lines if line.differences
+    ]
     return PAGE.format(
         count=_count(lines),
         names=sum(1 + len(line.aliases) for line in lines),
-        rows="\n".join(f"| {' | '.join(row)} |" for row in rows),
+        rows="\n".join(rows),
         equal=", ".join(_function(line) for line in lines if not line.differences),
         differences=as_list(),
     )
