@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PAGES = ("README.md", "CONTRIBUTING.md", "SECURITY.md", "docs/*.md")
+PAGES = ("README.md", "CONTRIBUTING.md", "SECURITY.md", "docs/**/*.md")
 GENERATED = {"api.md", "coverage.md", "pyrep-functions.md", "script-functions.md"}
 """Pages made from docstrings and tables in Python: a finding belongs to its source."""
 
