@@ -1,7 +1,6 @@
 """Print the list of scripts' functions: as lines, as records for programs, and as the page docs/script-functions.md.
 
-The page has the functions by topic and what differs from V-REP; the lines and the editor of the web viewer have the
-whole texts.
+The page has the functions by topic and what differs from V-REP; the lines have the whole texts.
 """
 
 from __future__ import annotations
@@ -31,10 +30,11 @@ This page says what differs from V-REP. What each function does, with its argume
 
     simx-server --script-functions | grep checkDistance
 
-The editor of the web viewer shows the same text beside a name. Lua and Python scripts see the same functions. Every
-function of `sim` also has its old flat name in Lua: `sim.getObjectPosition` is `simGetObjectPosition`. A value behind
-`=` replaces an argument that is missing or nil. A function without parentheses has the arguments of the next one. A
-function that is not listed raises an error that names it.
+In a script `sim.getApiInfo` returns the same text, and [the types](zmq.md#types-for-editors-and-type-checkers) show it
+in an editor. Lua and Python scripts see the same functions. Every function of `sim` also has its old flat name in Lua:
+`sim.getObjectPosition` is `simGetObjectPosition`. A value behind `=` replaces an argument that is missing or nil. A
+function without parentheses has the arguments of the next one. A function that is not listed raises an error that
+names it.
 
 * A function without a text does what V-REP's manual says.
 * *partly*: what differs follows in italics.
