@@ -78,6 +78,8 @@ def main(argv: Sequence[str] | None = None, program: str = "simx grade") -> int:
     options = parser.parse_args(argv)
     if (options.program is None) == (options.recording is None):
         parser.error("name a PROGRAM, or a recording by --recording")
+    if options.recording is not None and options.seeds is not None:
+        parser.error("--recording is one attempt: leave out --seeds")
     if options.film and options.output is None:
         parser.error("--film needs a folder for the films: --output DIR")
     if options.github and not os.environ.get("GITHUB_OUTPUT"):

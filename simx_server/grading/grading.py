@@ -10,7 +10,7 @@ from pathlib import Path
 
 from .attempt.attempt import Attempt, StageFailed, run_attempt
 from .attempt.program import NotConfined
-from .referee import Decision, Judgement, NotGraded, check_names, judge
+from .referee import Decision, FilmFailed, Judgement, NotGraded, check_names, judge
 from .task.reading import TaskError
 from .task.task import Task, read_task
 
@@ -28,12 +28,17 @@ class GradingFailed(Exception):
 class Result:
     """One attempt and what it is worth."""
 
-    seed: int
+    seed: int | None
     attempt: Attempt | None
-    """None where a recording was graded."""
+    """Both are None where a recording was graded."""
 
     judgement: Judgement
     film: Path | None = None
+
+    @property
+    def name(self) -> str:
+        """Return the words for it in reports."""
+        return "recording" if self.seed is None else f"seed {self.seed}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +54,10 @@ class Grade:
         met = [each.judgement.decisions[number].is_met for each in self.results]
         return self.task.checks[number].points * sum(met) / len(met)
 
+    def has_met(self, number: int) -> bool:
+        """Return whether every attempt has met a check, by its place in the task."""
+        return all(each.judgement.decisions[number].is_met for each in self.results)
+
     @property
     def points(self) -> float:
         """Return the sum of the points."""
@@ -57,7 +66,7 @@ class Grade:
     @property
     def is_full(self) -> bool:
         """Return whether every attempt has met every check."""
-        return all(each.is_met for result in self.results for each in result.judgement.decisions)
+        return all(map(self.has_met, range(len(self.task.checks))))
 
 
 def grade(
@@ -82,10 +91,13 @@ def grade(
     Raises:
         TaskError: the task cannot be used.
         GradingFailed: nothing can be graded here.
+        ValueError: the number of attempts is below 1.
     """
     found = task if isinstance(task, Task) else read_task(Path(task))
     file = Path(program)
-    _check_program(file)
+    _check_program(file, found)
+    if seeds is not None and seeds < 1:
+        raise ValueError(f"seeds is a number of attempts from 1 on, not {seeds}")
     check_names(found)
     results: list[Result] = []
     with tempfile.TemporaryDirectory(prefix="simx-grade-") as private:
@@ -111,7 +123,9 @@ def grade_recording(
         judgement = judge(found, recording, film)
     except NotGraded as problem:
         raise GradingFailed(f"{recording}: {problem}") from None
-    return Grade(found, recording.name, (Result(0, None, judgement, film),))
+    except FilmFailed as problem:
+        raise GradingFailed(str(problem)) from None
+    return Grade(found, recording.name, (Result(None, None, judgement, film),))
 
 
 def _attempt(task: Task, file: Path, seed: int, kept: Path, private: Path, *, films: bool) -> Result:
@@ -128,6 +142,8 @@ def _attempt(task: Task, file: Path, seed: int, kept: Path, private: Path, *, fi
     except NotGraded as problem:
         logger.warning("seed %d: %s", seed, problem)
         judgement = Judgement(tuple(Decision(False, str(problem)) for _ in task.checks), 0.0)
+    except FilmFailed as problem:
+        raise GradingFailed(str(problem)) from None
     return Result(seed, attempt, judgement, film)
 
 
@@ -139,8 +155,8 @@ def _film(folder: Path | None, name: str) -> Path | None:
     return film
 
 
-def _check_program(file: Path) -> None:
-    """Raise GradingFailed for a file that cannot be a program."""
+def _check_program(file: Path, task: Task) -> None:
+    """Raise GradingFailed for a file that cannot be a program of a task."""
     try:
         size = file.stat().st_size
     except OSError as problem:
@@ -149,6 +165,8 @@ def _check_program(file: Path) -> None:
         raise GradingFailed(
             f"{file} is not a program; valid is a Python file of at most {MOST_PROGRAM} bytes"
         )
+    if file.name in (each.name for each in task.setting.files):
+        raise GradingFailed(f"{file} has the name of a file of the task; give it another name")
 
 
 __all__ = ["Grade", "GradingFailed", "TaskError", "grade", "grade_recording"]

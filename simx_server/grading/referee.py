@@ -7,13 +7,19 @@ does not, so points come from what the simulation did, and anybody can give them
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from simx_server.app.server import attach_outputs, open_world
 from simx_server.errors import CommandError, StartError
+from simx_server.handlers.numbers import write_numbers
+from simx_server.outputs.filming.shot import Shot
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.opened import Opened
 from simx_server.recording.replayed import Divergence
@@ -21,10 +27,10 @@ from simx_server.recording.replaying import replay
 from simx_server.service.watcher import Watcher
 from simx_server.settings.settings import Settings
 
+from .attempt.random_values import draw
 from .attempt.rules import Supervision
 from .checks.sight import WorldSight
 from .checks.timing import Verdict
-from .task.reading import TaskError
 from .task.task import Task
 
 if TYPE_CHECKING:
@@ -34,6 +40,10 @@ if TYPE_CHECKING:
 
 class NotGraded(Exception):
     """A recording from which no points can be given; the text gives the reason."""
+
+
+class FilmFailed(Exception):
+    """No film can be made here, which says nothing about the recording; the text gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,20 +98,35 @@ class Referee(Watcher):
 
 
 def check_names(task: Task) -> None:
-    """Open the scene of a task, and find everything that its checks and rules name. Raises TaskError."""
+    """Open the scene of a task, and find everything that the task names. Raises TaskError, with the line."""
     with ExitStack() as stack:
         try:
             world = open_world(Settings(scene=task.setting.scene), stack)
-            Supervision(task.setting.rules, world.simulation)
         except (CommandError, StartError) as problem:
-            raise TaskError(f"{task.path}: {problem}") from None
-        sight = WorldSight(world, is_strict=True)
-        sight.look()
-        for check in task.checks:
+            task.file.fail("", 0, "scene", str(problem))
+        for table, number, key, find in _names(task, world):
             try:
-                check.timed.expression.evaluate(sight)
-            except CommandError as problem:
-                raise TaskError(f"{check.where}: {check.timed.text}: {problem}") from None
+                find()
+            except (CommandError, ValueError) as problem:
+                task.file.fail(table, number, key, str(problem))
+
+
+def _names(task: Task, world: World) -> Iterator[tuple[str, int, str, Callable[[], object]]]:
+    """Yield table, its number, key, and how to find what the key names."""
+    rules, resolve = task.setting.rules, world.simulation.scene.resolve
+    yield "", 0, "camera", partial(Shot, world, task.camera)
+    for key, names in (("moves", rules.moves), ("hides", rules.hides)):
+        yield from (("submission", 0, key, partial(resolve, name)) for name in names)
+    sight = WorldSight(world, is_strict=True)
+    sight.look()
+    for number, check in enumerate(task.checks):
+        yield "check", number, "check", partial(check.timed.expression.evaluate, sight)
+    for name, described in task.setting.random.items():
+        yield "randomize", 0, name, partial(_set_random, world, name, described)
+
+
+def _set_random(world: World, name: str, described: Any) -> None:
+    write_numbers(world, *draw(world, name, described, np.random.default_rng(1)))
 
 
 def judge(task: Task, recording: Path, film: Path | None = None) -> Judgement:
@@ -112,6 +137,7 @@ def judge(task: Task, recording: Path, film: Path | None = None) -> Judgement:
 
     Raises:
         NotGraded: the recording cannot be used, or does not replay.
+        FilmFailed: the film cannot be made.
     """
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-grade-")))
@@ -120,7 +146,7 @@ def judge(task: Task, recording: Path, film: Path | None = None) -> Judgement:
             settings = opened.settings(Settings())
             world = open_world(settings, stack, lambda world, _: opened.attach(world))
             outputs = Settings(video=film, camera=task.camera, size=(640, 360))
-            attach_outputs(world, outputs, stack, opened.began)
+            _film(world, outputs, stack, opened.began)
             referee = Referee(task, world)
 
             def attach(service: Service) -> None:
@@ -132,3 +158,11 @@ def judge(task: Task, recording: Path, film: Path | None = None) -> Judgement:
         except (CommandError, StartError) as problem:
             raise NotGraded(str(problem)) from None
         return referee.judgement()
+
+
+def _film(world: World, outputs: Settings, stack: ExitStack, began: int) -> None:
+    """Attach the film. Raises FilmFailed."""
+    try:
+        attach_outputs(world, outputs, stack, began)
+    except (CommandError, StartError) as problem:
+        raise FilmFailed(str(problem)) from None

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import base64
 import json
-import math
 from collections.abc import Iterator
 from typing import Any
 
+from .attempt.attempt import Attempt
 from .grading import Grade, Result
 
 _LAST = 2000
@@ -20,7 +20,7 @@ _LAST = 2000
 
 def lines_of_attempt(grade_checks: tuple[str, ...], result: Result) -> Iterator[str]:
     """Yield what an attempt has met, for people."""
-    yield f"seed {result.seed}: {result.judgement.seconds:.2f} s simulated{_took(result)}"
+    yield f"{result.name}: {result.judgement.seconds:.2f} s simulated{_took(result)}"
     if result.attempt is not None:
         if result.attempt.drawn:
             drawn = "; ".join(
@@ -33,9 +33,15 @@ def lines_of_attempt(grade_checks: tuple[str, ...], result: Result) -> Iterator[
                 yield f"  {reason}"
     for name, decision in zip(grade_checks, result.judgement.decisions, strict=True):
         yield f"  {'yes' if decision.is_met else 'no ':3} {name}: {decision.reason}"
-    if result.attempt is not None and result.attempt.ended and result.attempt.output.strip():
-        yield "  the end of its output:"
-        yield from (f"    {line}" for line in result.attempt.output[-_LAST:].strip().splitlines()[-15:])
+    if result.attempt is not None and result.attempt.ended:
+        yield from (f"  {line}" for line in _end_of_output(result.attempt))
+
+
+def _end_of_output(attempt: Attempt) -> Iterator[str]:
+    """Yield the last lines that a program has written."""
+    if lines := attempt.output[-_LAST:].strip().splitlines()[-15:]:
+        yield "the end of its output:"
+        yield from (f"  {line}" for line in lines)
 
 
 def _took(result: Result) -> str:
@@ -47,7 +53,7 @@ def summary(grade: Grade) -> Iterator[str]:
     for number, check in enumerate(grade.task.checks):
         points = grade.points_of(number)
         yield f"{points:6.2f} of {check.points:g}  {check.name}"
-        if check.hint and points < check.points:
+        if check.hint and not grade.has_met(number):
             yield f"               {check.hint}"
     yield f"{grade.points:6.2f} of {grade.task.points:g}  {grade.task.title}"
 
@@ -86,7 +92,7 @@ def _attempt(result: Result) -> dict[str, Any]:
             "over": attempt.over,
             "ended": attempt.ended,
             "output": attempt.output[-_LAST:],
-            "recording": str(attempt.recording),
+            "recording": str(attempt.recording) if attempt.recording.exists() else None,  # if it was kept
         }
     return record
 
@@ -94,19 +100,19 @@ def _attempt(result: Result) -> dict[str, Any]:
 def _told(grade: Grade, number: int) -> str:
     """Return what a student reads of a check."""
     check = grade.task.checks[number]
-    lines = [f"seed {result.seed}: {result.judgement.decisions[number].reason}" for result in grade.results]
-    if check.hint and grade.points_of(number) < check.points:
+    lines = [f"{result.name}: {result.judgement.decisions[number].reason}" for result in grade.results]
+    if check.hint and not grade.has_met(number):
         lines.append(check.hint)
     return "\n".join(lines)
 
 
 def as_gradescope(grade: Grade) -> dict[str, Any]:
     """Return the content of Gradescope's ``results.json``."""
-    ended = dict.fromkeys(
-        result.attempt.ended
+    ended = [
+        "\n".join([f"{result.name}: {attempt.ended}", *_end_of_output(attempt)])
         for result in grade.results
-        if result.attempt is not None and result.attempt.ended
-    )
+        if (attempt := result.attempt) is not None and attempt.ended
+    ]
     return {
         "score": round(grade.points, 4),
         "output": "\n".join(ended) or f"{len(grade.results)} attempts",
@@ -115,7 +121,7 @@ def as_gradescope(grade: Grade) -> dict[str, Any]:
                 "name": check.name,
                 "score": round(grade.points_of(number), 4),
                 "max_score": check.points,
-                "status": "passed" if _is_full(grade, number) else "failed",
+                "status": "passed" if grade.has_met(number) else "failed",
                 "output": _told(grade, number),
             }
             for number, check in enumerate(grade.task.checks)
@@ -132,7 +138,7 @@ def as_github(grade: Grade) -> str:
         "tests": [
             {
                 "name": check.name,
-                "status": "pass" if _is_full(grade, number) else "fail",
+                "status": "pass" if grade.has_met(number) else "fail",
                 "score": round(grade.points_of(number), 4),
                 "message": _told(grade, number),
                 "test_code": "",
@@ -144,7 +150,3 @@ def as_github(grade: Grade) -> str:
         ],
     }
     return "result=" + base64.b64encode(json.dumps(result).encode()).decode() + "\n"
-
-
-def _is_full(grade: Grade, number: int) -> bool:
-    return math.isclose(grade.points_of(number), grade.task.checks[number].points)

@@ -19,9 +19,20 @@ from simx_server.service.queue.box import Arrival
 
 if TYPE_CHECKING:
     from simx_server.service.service import Service
+    from simx_server.world.world import World
 
 GRADER = "grader"
 """Name of the client that sets them."""
+
+
+def draw(
+    world: World, name: str, described: Any, random: np.random.Generator
+) -> tuple[int, str, list[float]]:
+    """Return the handle of an object, the name of its property, and the numbers drawn for it; see `set_random`."""
+    owner, attribute = read_name(name)
+    handle = world.simulation.scene.resolve(owner)
+    present = np.asarray(numbers(world, handle, attribute))
+    return handle, attribute, draw_numbers(name, read_value(name, described), present, random)
 
 
 def set_random(service: Service, values: Mapping[str, Any], seed: int) -> dict[str, list[float]]:
@@ -35,10 +46,7 @@ def set_random(service: Service, values: Mapping[str, Any], seed: int) -> dict[s
     drawn: dict[str, list[float]] = {}
     calls: list[Call] = []
     for number, (name, described) in enumerate(values.items(), 1):
-        owner, attribute = read_name(name)
-        handle = world.simulation.scene.resolve(owner)
-        present = np.asarray(numbers(world, handle, attribute))
-        drawn[name] = draw_numbers(name, read_value(name, described), present, random)
+        handle, attribute, drawn[name] = draw(world, name, described, random)
         calls.append(Call(number, Operation.EXECUTE, 0, "writeNumbers", [handle, attribute, drawn[name]]))
     if calls:
         session = service.clients.join(GRADER, GRADER, 0, Link())

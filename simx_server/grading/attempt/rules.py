@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING, Any, cast
 
 from simx_client.protocol.commands import BY_NAME, Command, Effect
@@ -46,6 +47,16 @@ SEEING = frozenset(
 )  # fmt: skip
 """Functions that may be called for objects whose poses and properties the task hides."""
 
+SEEING_BELOW = SEEING | DRIVING | frozenset(
+    (
+        "simxGetJointPosition", "simxGetJointMatrix", "simxGetJointForce", "simxGetJointMaxForce",
+        "simxGetObjectChild", "simxGetObjectParent",
+    )
+)  # fmt: skip
+"""Functions that may be called for objects below a hidden one, such as the wheels of a robot: their poses would tell
+its pose.
+"""
+
 UNHIDING = frozenset(("simxGetObjectGroupData",))
 """Functions that tell of all objects, so not when a task hides some."""
 
@@ -53,10 +64,10 @@ _ALWAYS = (Effect.NOTHING, Effect.READS, Effect.TAKES, Effect.STEPS, Effect.CONT
 
 
 def allowable() -> list[str]:
-    """Return the functions that a task may allow by name, beside those that are always allowed."""
+    """Return the names of functions that a task may allow, beside those that are always allowed."""
     return sorted(
-        command.name
-        for command in BY_NAME.values()
+        name
+        for name, command in BY_NAME.items()
         if command.effect not in _ALWAYS and command.name not in DRIVING
     )
 
@@ -75,7 +86,9 @@ class Rules:
     """Objects that it may place."""
 
     hides: tuple[str, ...] = ()
-    """Objects whose pose and properties it may not read; images and measurements of sensors it may."""
+    """Objects whose pose and properties it may not read; images and measurements of sensors it may. The same holds for
+    the objects below them, but for their joints.
+    """
 
     seconds: float = 60.0
     """Simulated seconds after which the run is over."""
@@ -116,6 +129,8 @@ class Supervision(Watcher):
         self._moves, self._hidden = (
             frozenset(map(simulation.scene.resolve, names)) for names in (rules.moves, rules.hides)
         )
+        below = (simulation.scene.descendants(handle) for handle in self._hidden)
+        self._below_hidden = frozenset(chain.from_iterable(below)) - self._hidden
         self.over = ""
         """Why the run is over; empty before."""
 
@@ -151,8 +166,14 @@ class Supervision(Watcher):
                     raise CommandError(f"{name} is not allowed for this object in this task; for: {movable}")
             elif command.effect not in _ALWAYS and name not in DRIVING:
                 raise CommandError(f"{name} is not allowed in this task: it changes the scene")
-        if self._hidden and name not in SEEING and (name in UNHIDING or not self._hidden.isdisjoint(handles)):
+        if self._hidden and self._tells(name, handles):
             raise CommandError(f"{name} would tell what this task hides")
+
+    def _tells(self, name: str, handles: Sequence[int]) -> bool:
+        """Return whether a call tells what the task hides."""
+        if name not in SEEING and not self._hidden.isdisjoint(handles):
+            return True
+        return name in UNHIDING or (name not in SEEING_BELOW and not self._below_hidden.isdisjoint(handles))
 
 
 def _handles(command: Command, arguments: Sequence[Any]) -> list[int]:

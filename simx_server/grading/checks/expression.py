@@ -218,7 +218,7 @@ class _Reader:
             first, second = float(left(sight)), float(right(sight))
             try:
                 return compute(first, second)
-            except ArithmeticError:  # division by zero: every comparison with it is false
+            except ArithmeticError:  # division by zero has no value: every comparison with it is false
                 return math.nan
 
         return computed, False
@@ -232,7 +232,7 @@ class _Reader:
 
         def compared(sight: Sight) -> bool:
             values = [part(sight) for part in parts]
-            return all(
+            return not any(map(math.isnan, values)) and all(
                 compare(one, other) for compare, one, other in zip(chosen, values, values[1:], strict=False)
             )
 

@@ -13,7 +13,7 @@ from simx_server.handlers.numbers import numbers
 from simx_server.handlers.objects import poses as objects_poses
 from simx_server.scene.poses.frames import get_pose
 
-from .expression import Arguments, Value
+from .expression import FUNCTIONS, Arguments, Value
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -43,7 +43,7 @@ class WorldSight:
         self._world.simulation.refresh()
 
     def read(self, function: str, arguments: Arguments) -> Value:
-        """See `Sight`. An object that is not there any more has no value: comparisons with it are false."""
+        """See `Sight`. An object that is not there any more touches nothing, and comparisons with it are false."""
         key = function, arguments
         if key not in self._values:
             try:
@@ -51,7 +51,7 @@ class WorldSight:
             except CommandError:
                 if self._is_strict:
                     raise
-                self._values[key] = math.nan
+                self._values[key] = False if FUNCTIONS[function].is_bool else math.nan
         return self._values[key]
 
     def handle(self, name: str) -> int:
@@ -120,7 +120,7 @@ class WorldSight:
         return self._touched[pair]
 
     def _are_touching(self, one: str, other: str) -> bool:
-        data = self._world.simulation.data
+        data = self._world.simulation.sleepers.data_with_all_contacts()
         mine, theirs = self._geoms(one), self._geoms(other)
         for first, second in data.contact.geom[data.contact.dist <= 0.0].tolist():
             if (first in mine and second in theirs) or (second in mine and first in theirs):

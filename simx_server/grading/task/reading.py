@@ -60,6 +60,11 @@ class TaskFile:
         # A key of the first part may be a table.
         return self.line(key, 0, "") if key and not table else found
 
+    def fail(self, table: str, number: int, key: str, why: str) -> NoReturn:
+        """Raise TaskError with the line; see `line`."""
+        where = f"{key}: " if key else f"[{table}]: " if table else ""
+        raise TaskError(f"{self.path}, line {self.line(table, number, key)}: {where}{why}")
+
 
 class Table:
     """A table of the file; each key is read once, and `end` refuses the others."""
@@ -70,9 +75,7 @@ class Table:
 
     def fail(self, key: str, why: str) -> NoReturn:
         """Raise TaskError for a key; empty: for the table."""
-        line = self._file.line(self._name, self._number, key)
-        where = f"{key}: " if key else f"[{self._name}]: " if self._name else ""
-        raise TaskError(f"{self._file.path}, line {line}: {where}{why}")
+        self._file.fail(self._name, self._number, key, why)
 
     def take(self, key: str, default: Any = _MISSING) -> Any:
         """Return a value of any type."""

@@ -14,6 +14,7 @@ from simx_server.grading.attempt.program import ProgramLimits
 from simx_server.grading.attempt.rules import Rules, allowable
 from simx_server.grading.checks.expression import ExpressionError
 from simx_server.grading.checks.timing import Timed, parse_timed
+from simx_server.settings.rules import SPEED
 
 from .random import read_value
 from .reading import Table, TaskError, TaskFile
@@ -32,15 +33,14 @@ class Check:
     hint: str = ""
     """Told when it is not met."""
 
-    where: str = ""
-    """File and line, for messages."""
-
 
 @dataclass(frozen=True, slots=True)
 class Task:
     """A task as its file describes it."""
 
-    path: Path
+    file: TaskFile
+    """For messages with lines."""
+
     title: str
     setting: Setting
     checks: tuple[Check, ...]
@@ -62,17 +62,17 @@ def read_task(path: Path) -> Task:
     scene = _scene(table, path)
     seeds = table.whole("seeds", 1, 1, MOST_SEEDS)
     camera = table.text("camera", None, 200)
-    speed = str(table.take("speed", "1"))
+    speed = _speed(table)
     time_step = table.number("time_step", None, 0.001, 1.0, "s")
     limits, rules = _limits(table.table("limits")), table.table("submission")
     files = _files(rules, path)
     random = _random(table.table("randomize"))
-    checks = tuple(_check(file, each, number) for number, each in enumerate(table.tables("check")))
+    checks = tuple(map(_check, table.tables("check")))
     if not 1 <= len(checks) <= MOST_CHECKS:
         table.fail("check", f"a task has from 1 to {MOST_CHECKS} checks: write [[check]] before each")
     table.end()
     setting = Setting(scene, _rules(rules, limits[0]), limits[1], speed, time_step, random, files)
-    return Task(path, title, setting, checks, seeds, camera)
+    return Task(file, title, setting, checks, seeds, camera)
 
 
 def _scene(table: Table, path: Path) -> str:
@@ -85,6 +85,16 @@ def _scene(table: Table, path: Path) -> str:
         return str(find_scene(scene))
     except CommandError as problem:
         table.fail("scene", str(problem))
+
+
+def _speed(table: Table) -> str:
+    """Return the speed as a setting of the server has it."""
+    speed = str(table.take("speed", "1"))
+    try:
+        SPEED.parse(speed)
+    except ValueError:
+        table.fail("speed", f"valid is {SPEED.valid}, not {speed!r:.80}")
+    return speed
 
 
 def _limits(table: Table) -> tuple[float, ProgramLimits]:
@@ -114,8 +124,9 @@ def _random(table: Table) -> dict[str, Any]:
 
 def _rules(table: Table, seconds: float) -> Rules:
     rules = Rules(
-        allows=frozenset(table.texts("allows", allowable())),
-        forbids=frozenset(table.texts("forbids", BY_NAME)),
+        # A function that has two names is one function.
+        allows=frozenset(BY_NAME[name].name for name in table.texts("allows", allowable())),
+        forbids=frozenset(BY_NAME[name].name for name in table.texts("forbids", BY_NAME)),
         moves=table.texts("moves"),
         hides=table.texts("hides"),
         seconds=seconds,
@@ -134,7 +145,7 @@ def _files(table: Table, path: Path) -> tuple[Path, ...]:
     return tuple(found)
 
 
-def _check(file: TaskFile, table: Table, number: int) -> Check:
+def _check(table: Table) -> Check:
     text = table.text("check")
     try:
         timed = parse_timed(text)
@@ -145,7 +156,6 @@ def _check(file: TaskFile, table: Table, number: int) -> Check:
         points=table.number("points", 1.0, 0.0, 1_000_000.0),
         timed=timed,
         hint=table.text("hint", ""),
-        where=f"{file.path}, line {file.line('check', number, 'check')}",
     )
     table.end()
     return check

@@ -32,7 +32,9 @@ class Seen:
         ('abs(signal("answer") - 2 * 3) < 1 / 2', {"signal": 6.4}, True),
         ('-x("a") > 1 or y("a") == 2', {"x": 0.0, "y": 2.0}, True),
         ('signal("none") < 1 or signal("none") >= 1', {}, False),  # no value: no comparison holds
+        ('signal("none") != 1', {}, False),
         ('z("a") / 0 > 1', {"z": 1.0}, False),
+        ('z("a") / 0 != 1', {"z": 1.0}, False),
         ("time >= 3", {}, True),
         ("true", {}, True),
     ],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from simx_client.client import Client
 from simx_server.grading.command import MISSED, main, make_parser
 from simx_server.grading.grading import GradingFailed, grade, grade_recording
+from simx_server.grading.reports import as_gradescope, summary
 from simx_server.grading.task.task import read_task
 
 TASK = """\
@@ -69,6 +71,27 @@ def test_what_comes_after_the_time_limit_does_not_count(task: Path, recording: P
     assert not judgement.decisions[2].is_met  # the signal is set later
 
 
+def test_a_check_without_points_is_reported_as_missed(task: Path, recording: Path) -> None:
+    task.write_text(TASK.format(seconds=10).replace('name = "flies"', 'name = "flies"\npoints = 0'))
+    found = grade_recording(task, recording)
+    assert [each["status"] for each in as_gradescope(found)["tests"]] == ["passed", "failed", "passed"]
+    assert any("It cannot." in line for line in summary(found))
+
+
+def test_a_film_that_cannot_be_made_is_not_a_missed_check(
+    task: Path, recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "av", None)  # the extra is not installed
+    with pytest.raises(GradingFailed, match="video"):
+        grade_recording(task, recording, folder=tmp_path, films=True)
+
+
+def test_less_than_one_attempt_is_refused(task: Path) -> None:
+    (task.parent / "program.py").write_text("")
+    with pytest.raises(ValueError, match="from 1 on, not 0"):
+        grade(task, task.parent / "program.py", seeds=0)
+
+
 def test_a_recording_is_filmed(task: Path, recording: Path, tmp_path: Path) -> None:
     pytest.importorskip("av")
     found = grade_recording(task, recording, folder=tmp_path, films=True)
@@ -119,6 +142,7 @@ def test_json_is_one_line_and_all_points_are_exit_code_0(
         (["a.py", "--recording", "b"], "name a PROGRAM, or a recording"),
         (["a.py", "--film"], "--output DIR"),
         (["a.py", "--seeds", "0"], "valid: 1 to 100"),
+        (["--recording", "b", "--seeds", "2"], "leave out --seeds"),
         (["a.py", "--github"], "GITHUB_OUTPUT"),
     ],
 )
@@ -138,9 +162,18 @@ def test_wrong_usage_is_told(
 
 @pytest.mark.parametrize(
     ("program", "said"),
-    [("none.py", "cannot be read"), ("task.toml", "is not a program"), (".", "is not a program")],
+    [
+        ("none.py", "cannot be read"),
+        ("task.toml", "is not a program"),
+        (".", "is not a program"),
+        ("helper.py", "has the name of a file of the task"),
+    ],
 )
 def test_a_file_that_is_no_program_is_refused(task: Path, program: str, said: str) -> None:
+    (task.parent / "helper.py").write_text("")
+    task.write_text(
+        TASK.format(seconds=10).replace("[[check]]", '[submission]\nfiles = ["helper.py"]\n[[check]]', 1)
+    )
     with pytest.raises(GradingFailed, match=said):
         grade(read_task(task), task.parent / program)
 

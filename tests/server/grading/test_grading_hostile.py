@@ -159,6 +159,32 @@ def test_calls_that_would_earn_points_without_work_are_refused(run) -> None:
     assert "again 8" in said, said
 
 
+def test_the_pose_of_a_hidden_robot_is_not_told_by_its_parts(tmp_path: Path) -> None:
+    (tmp_path / "task.toml").write_text(
+        'scene = "line_follower"\n[submission]\nhides = ["LineTracer"]\n[[check]]\ncheck = "true"\n'
+    )
+    program = START + textwrap.dedent(
+        """
+        eye, wheel, floor = map(handle, ("MiddleSensor", "DynamicLeftJoint", "LineTracer"))
+        tried("eye", lambda: sim.simxGetObjectPosition(client, eye, -1, b)[0])
+        tried("turn", lambda: sim.simxGetObjectQuaternion(client, eye, -1, b)[0])
+        tried("frame", lambda: sim.simxGetObjectPosition(client, floor, wheel, b)[0])
+        sim.simxSynchronous(client, True)
+        sim.simxStartSimulation(client, b)
+        sim.simxSynchronousTrigger(client)
+        tried("image", lambda: sim.simxReadVisionSensor(client, eye, b)[0])
+        tried("joint", lambda: sim.simxGetJointPosition(client, wheel, b)[0])
+        tried("drive", lambda: sim.simxSetJointTargetVelocity(client, wheel, 1.0, b))
+        """
+    )
+    (tmp_path / "program.py").write_text(program)
+    said = output(grade(tmp_path / "task.toml", tmp_path / "program.py"))
+    got = [line for line in said.splitlines() if " GOT " in line]
+    assert got == ["eye GOT 8", "turn GOT 8", "frame GOT 8", "image GOT 0", "joint GOT 0", "drive GOT 0"], (
+        said
+    )
+
+
 def test_a_run_ends_at_its_simulated_time(run) -> None:
     found = run(
         """

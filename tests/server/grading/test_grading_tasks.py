@@ -81,6 +81,7 @@ def test_a_task_is_what_its_file_says(write) -> None:
         ("at end", "at noon", 22, "not an expression"),
         ('hint = "Push."', 'hints = "Push."', 23, "did you mean 'hint'"),
         ("[limits]", "[limit]", 5, "did you mean 'limits'"),
+        ("seeds = 2", 'speed = "fast"', 3, "valid is a number greater than 0, or max, not 'fast'"),
         ('hint = "Push."', "hint = ", 23, "not a TOML file"),
     ],
 )
@@ -96,13 +97,29 @@ def test_an_error_names_line_and_valid_values(write, old: str, new: str, line: i
     [
         ('travelled("cart")', 'travelled("wagon")', "line 19"),
         ('joint("pole_joint")', 'joint("cart")', "line 22"),
-        ('moves = ["cart"]', 'moves = ["wagon"]', "wagon"),
+        ('moves = ["cart"]', 'moves = ["wagon"]', "line 9: moves: .*wagon"),
+        ("seeds = 2", 'camera = "front"', "line 3: camera: .*the cameras of this scene are"),
+        ('"cart.mass"', '"wagon.mass"', r"line 13: wagon\.mass: .*no object named 'wagon'"),
+        ('"cart.mass"', '"cart.mas"', "line 13: .*did you mean 'mass'"),
+        ("{ uniform = [0.5, 1.5] }", "[1, 2]", "line 13: .*has 1 number"),
+        ("{ uniform = [0.5, 1.5] }", "-1", "line 13: .*above 0 kg"),
     ],
 )
-def test_a_name_that_the_scene_lacks_is_refused(write, old: str, new: str, said: str) -> None:
+def test_what_the_scene_lacks_or_refuses_is_an_error_with_its_line(
+    write, old: str, new: str, said: str
+) -> None:
     task = read_task(write(GOOD.replace(old, new, 1)))
     with pytest.raises(TaskError, match=said):
         check_names(task)
+
+
+def test_rules_name_functions_also_by_their_other_names(write) -> None:
+    text = GOOD.replace("simxGetObjectPosition", "simxGetInt32Signal")
+    rules = read_task(
+        write(text.replace("forbids", 'allows = ["simxSetObjectInt32Param"]\nforbids'))
+    ).setting.rules
+    assert rules.forbids == {"simxGetIntegerSignal"}
+    assert rules.allows == {"simxSetObjectIntParameter"}
 
 
 def test_a_task_without_checks_or_file_is_refused(write, tmp_path: Path) -> None:
