@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import math
 
 from simx_client.connection.discovery import TIMEOUT
+from simx_client.protocol.cli.parser import seconds
 from simx_client.transport.endpoints import CONNECT_VARIABLE, check_endpoint, connect_endpoints
 
 
@@ -41,11 +41,3 @@ def endpoints(parser: argparse.ArgumentParser, options: argparse.Namespace) -> l
         )
     except ValueError as error:
         parser.error(str(error))
-
-
-def seconds(text: str) -> float:
-    """Convert a number of seconds, for argparse."""
-    number = float(text)
-    if not 0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} cannot be used; valid: seconds greater than 0, such as 2")
-    return number

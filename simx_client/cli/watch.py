@@ -16,11 +16,11 @@ from simx_client.connection.connection import Connection
 from simx_client.errors import SimxError
 from simx_client.protocol import constants as c
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, USAGE
+from simx_client.protocol.cli.parser import seconds
 from simx_client.protocol.commands import Command, Place
 
 from . import connecting
 from .command_parser import command_parser, program
-from .discovery_flags import seconds
 from .one_call import Refused, alive, ask, handle_of, parse_words
 from .values.arguments import WrongUse, add_arguments, check, command_named, parse
 from .values.formatting import as_record, as_text

@@ -13,10 +13,10 @@ from contextlib import redirect_stdout
 from typing import Any, cast
 
 from simx_client.cli.command_parser import command_parser
-from simx_client.cli.discovery_flags import add_waiting, seconds
+from simx_client.cli.discovery_flags import add_waiting
 from simx_client.connection.discovery import TIMEOUT, find_servers
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE
-from simx_client.protocol.cli.parser import Parser
+from simx_client.protocol.cli.parser import Parser, seconds
 from simx_client.transport.endpoints import check_endpoint
 
 from . import cluster

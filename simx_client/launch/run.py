@@ -20,7 +20,7 @@ from types import CodeType, FrameType
 from simx_client.connection.embedding import VARIABLE as EMBED_VARIABLE
 from simx_client.connection.pace import OLD_SCRIPTS, PACES, VARIABLE
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
-from simx_client.protocol.cli.parser import Parser
+from simx_client.protocol.cli.parser import Parser, seconds
 from simx_client.protocol.files import scene_for
 from simx_client.protocol.nearest import file_like
 
@@ -94,7 +94,11 @@ def make_parser() -> Parser:
     )
     parser.add_argument("--server-args", metavar="ARGS", default="", help='more for all three: "--speed max"')
     parser.add_argument(
-        "--server-timeout", metavar="S", type=float, default=60.0, help="wait so long until it is ready (60)"
+        "--server-timeout",
+        metavar="S",
+        type=seconds,
+        default=60.0,
+        help="wait so long until it is ready (60)",
     )
     parser.add_argument(
         "--pace",

@@ -17,6 +17,7 @@ from simx_client.cli.listing import NO_ANSWER
 from simx_client.connection.discovery import Measured, Unreachable, measure_servers, silent_servers
 from simx_client.protocol import roster
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE
+from simx_client.protocol.cli.parser import seconds
 from simx_client.protocol.zenoh.keys import check_chunk
 from simx_client.transport.endpoints import ServerAddress
 
@@ -98,9 +99,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     discovery_flags.add_flags(parser)
     parser.add_argument("--prometheus", action="store_true", help="in Prometheus' text format")
-    parser.add_argument(
-        "--watch", type=discovery_flags.seconds, metavar="SECONDS", help="repeat until Ctrl-C"
-    )
+    parser.add_argument("--watch", type=seconds, metavar="SECONDS", help="repeat until Ctrl-C")
     return parser
 
 

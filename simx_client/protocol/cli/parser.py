@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Any, NoReturn
 
 from simx_client.protocol.nearest import did_you_mean
 from simx_client.protocol.version import __version__
+
+
+def seconds(text: str) -> float:
+    """Convert a number of seconds, for argparse."""
+    number = float(text)
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} cannot be used; valid: seconds greater than 0, such as 2")
+    return number
 
 
 class _Version(argparse.Action):

@@ -23,6 +23,7 @@ from simx_server.settings.settings import Settings
 
 from .departures import TOLERANCES, Comparison, Tolerance, compare
 from .files import read_run, states, write_run
+from .flags import add_allow_code, add_program, parse
 from .page import page
 from .replayed import replayed, silenced
 from .running import ZMQ, record_here, run_against, run_here, target_of
@@ -48,8 +49,7 @@ The original must have the scene open. A program for the legacy port keeps its o
 exit codes: 0 equal within the tolerances, 1 a failure, 2 wrong usage, 3 they depart
 """,
     )
-    parser.add_argument("program", metavar="PROGRAM", help="the Python file")
-    parser.add_argument("arguments", metavar="ARGS", nargs="*", help="arguments of the program, behind --")
+    add_program(parser, "the Python file")
     parser.add_argument("--scene", required=True, help="the scene for the run here")
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument(
@@ -73,14 +73,7 @@ exit codes: 0 equal within the tolerances, 1 a failure, 2 wrong usage, 3 they de
         default=[],
         help="such as position=0.01; repeatable",
     )
-    parser.add_argument(
-        "--allow-code",
-        action="store_true",
-        help="also replay recordings in which clients had their own code run",
-    )
-    parser.add_argument(
-        "--timeout", metavar="S", type=float, default=300.0, help="end the program after (300)"
-    )
+    add_allow_code(parser)
     parser.add_argument(
         "--server-arg",
         metavar="FLAG",
@@ -94,7 +87,7 @@ exit codes: 0 equal within the tolerances, 1 a failure, 2 wrong usage, 3 they de
 def main(argv: Sequence[str] | None = None, program: str = "simx compare") -> int:
     """Compare, and print the result. Returns the exit code."""
     parser = make_parser(program)
-    options = parser.parse_args(argv)
+    options = parse(parser, argv)
     if options.save and options.recorded:
         parser.error("--save keeps the original's run: give --original")
     silenced()
@@ -169,9 +162,7 @@ def _with_recorded(options: argparse.Namespace, program: Sequence[str]) -> tuple
     one = replayed(path, chosen=chosen) if path.suffix == ".simxlog" else read_run(path)
     with tempfile.TemporaryDirectory(prefix="simx-compare-") as folder:
         recording = Path(folder) / "here.simxlog"
-        code = record_here(options.scene, program, options.timeout, recording, options.server_arg)
-        if code:
-            sys.stderr.write(f"the program ended with code {code} here\n")
+        record_here(options.scene, program, options.timeout, recording, options.server_arg)
         other = replayed(recording, states(one).keys(), chosen=chosen)
     return Names(f"recorded ({path.name})", f"here ({options.scene})"), replace(one, calls=[]), other
 

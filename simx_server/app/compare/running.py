@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import IO, NamedTuple
 
 from simx_server.errors import CommandError
+from simx_server.recording.log_file import LogReader
+from simx_server.recording.records import Kind
 
 from .proxies.legacy import LegacyProxy
 from .proxies.zmq import ZmqProxy
@@ -211,8 +213,8 @@ def run_here(
 
 def record_here(
     scene: str, program: Sequence[str], timeout: float, recording: Path, arguments: Sequence[str] = ()
-) -> int:
-    """Run a program, with whatever client it has, against a server that records. Returns the program's exit code.
+) -> None:
+    """Run a program, with whatever client it has, against a server that records. An exit code is told on stderr.
 
     Raises:
         CommandError: the program cannot run.
@@ -221,6 +223,13 @@ def record_here(
 
     flags = ["--server", scene, "--server-args", shlex.join(["--record", str(recording), *arguments])]
     code = run_program(program, flags, timeout)
-    if not recording.exists():
-        raise CommandError(f"the server for '{scene}' did not start; see above for why")
-    return code
+    if not recording.exists() or not _has_scene(recording):
+        raise CommandError(f"the run in '{scene}' did not start; see above for why")
+    if code:
+        sys.stderr.write(f"the program ended with code {code} here\n")
+
+
+def _has_scene(recording: Path) -> bool:
+    """Return whether the server of a recording has opened its scene: the header says which."""
+    first = next(iter(LogReader(recording)), None)
+    return first is not None and first[0] == Kind.HEADER

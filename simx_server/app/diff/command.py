@@ -15,6 +15,7 @@ from typing import Any
 
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE
 from simx_client.protocol.cli.parser import Parser
+from simx_server.app.compare.flags import add_allow_code
 from simx_server.errors import CommandError, StartError
 from simx_server.recording.comparing import Course, Difference, first_difference
 from simx_server.recording.replayed import Divergence
@@ -49,11 +50,7 @@ exit codes: 0 all steps are equal, 1 a file cannot be used, 2 wrong usage, 3 the
     parser.add_argument(
         "--no-replay", action="store_true", help="compare the files only, without names of objects"
     )
-    parser.add_argument(
-        "--allow-code",
-        action="store_true",
-        help="also replay recordings in which clients had their own code run",
-    )
+    add_allow_code(parser)
     return parser
 
 

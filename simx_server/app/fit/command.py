@@ -20,6 +20,7 @@ from simx_client.protocol.cli.exit_codes import DONE, FAILURE
 from simx_client.protocol.cli.parser import Parser
 from simx_server.app.compare.departures import compare
 from simx_server.app.compare.files import read_run, states
+from simx_server.app.compare.flags import add_allow_code, add_program, parse
 from simx_server.app.compare.replayed import replayed, silenced
 from simx_server.app.compare.running import record_here
 from simx_server.app.compare.text import Names, lines
@@ -66,10 +67,7 @@ The program runs once; each candidate repeats its calls. Keep what you know fixe
 exit codes: 0 done, 1 a failure, 2 wrong usage
 """,
     )
-    parser.add_argument(
-        "program", metavar="PROGRAM", help="the Python file, or a .simxlog of a run in the scene"
-    )
-    parser.add_argument("arguments", metavar="ARGS", nargs="*", help="arguments of the program, behind --")
+    add_program(parser, "the Python file, or a .simxlog of a run in the scene")
     parser.add_argument("--scene", required=True, help="the scene")
     parser.add_argument(
         "--recorded", metavar="FILE", type=Path, required=True, help="the run to meet: NPZ, CSV or .simxlog"
@@ -92,21 +90,14 @@ exit codes: 0 done, 1 a failure, 2 wrong usage
     )
     parser.add_argument("--iterations", metavar="N", type=int, default=30, help="at most (30)")
     parser.add_argument("--json", action="store_true", help="print one line of JSON")
-    parser.add_argument(
-        "--allow-code",
-        action="store_true",
-        help="also replay recordings in which clients had their own code run",
-    )
-    parser.add_argument(
-        "--timeout", metavar="S", type=float, default=300.0, help="end the program after (300)"
-    )
+    add_allow_code(parser)
     parser.add_argument("-v", "--verbose", action="store_true", help="print each candidate to stderr")
     return parser
 
 
 def main(argv: Sequence[str] | None = None, program: str = "simx fit") -> int:
     """Fit, and print the values. Returns the exit code."""
-    options = make_parser(program).parse_args(argv)
+    options = parse(make_parser(program), argv)
     silenced()
     logging.getLogger("absl").setLevel(logging.ERROR)
     try:
