@@ -1,4 +1,4 @@
-"""What checks read of a world: contacts also of what sleeps; objects that are gone."""
+"""The values that checks read of a world: contacts of sleeping bodies too; objects that are gone."""
 
 from __future__ import annotations
 
