@@ -70,13 +70,12 @@ class Normal:
     high: Numbers | None = None
 
     def __post_init__(self) -> None:
-        numbers = np.asarray(self.mean, np.float64), np.asarray(self.deviation, np.float64)
-        if not (np.isfinite(numbers[0]).all() and np.isfinite(numbers[1]).all() and (numbers[1] >= 0).all()):
-            raise ValueError(
-                f"Normal needs a finite mean and a deviation of 0 or more, not {self.mean!r} and {self.deviation!r}"
-            )
-        if self.low is not None and self.high is not None:
-            _check_range("Normal", self.low, self.high)
+        limits = [each for each in (self.low, self.high) if each is not None]
+        _, deviation, *found = _arrays("Normal", self.mean, self.deviation, *limits)
+        if (deviation < 0).any():
+            raise ValueError(f"Normal needs a deviation of 0 or more, not {self.deviation!r}")
+        if len(found) == 2 and (found[0] > found[1]).any():
+            raise ValueError(f"Normal needs low <= high, not {self.low!r} and {self.high!r}")
 
     def draw(self, random: np.random.Generator) -> Any:
         """Return a number or a vector; numbers beyond the limits become the limits."""
@@ -93,7 +92,7 @@ class Choice:
     def __init__(self, *values: Numbers) -> None:
         if not values:
             raise ValueError("Choice needs values to choose from")
-        if len({np.shape(each) for each in values}) > 1:
+        if len({each.shape for each in _arrays("Choice", *values)}) > 1:
             raise ValueError(f"Choice needs values of one length, not {values!r}")
         object.__setattr__(self, "values", values)
 
@@ -189,6 +188,20 @@ def _drawn(
 
 def _check_range(name: str, low: Numbers, high: Numbers) -> None:
     """Raise ValueError unless the numbers are a range."""
-    below, above = np.asarray(low, np.float64), np.asarray(high, np.float64)
-    if not (np.isfinite(below).all() and np.isfinite(above).all() and (below <= above).all()):
-        raise ValueError(f"{name} needs finite low <= high, not {low!r} and {high!r}")
+    below, above = _arrays(name, low, high)
+    if (below > above).any():
+        raise ValueError(f"{name} needs low <= high, not {low!r} and {high!r}")
+
+
+def _arrays(name: str, *values: object) -> list[Array]:
+    """Return numbers and vectors as arrays. Raises ValueError unless they are finite, and vectors of one length."""
+    try:
+        found = [np.asarray(cast(Sequence[float], each), np.float64) for each in values]
+        lengths = {each.shape for each in found if each.ndim}
+        is_valid = all(each.ndim <= 1 and np.isfinite(each).all() for each in found) and len(lengths) <= 1
+    except (TypeError, ValueError):
+        is_valid, found = False, []
+    if not is_valid:
+        given = ", ".join(map(repr, values))
+        raise ValueError(f"{name} needs finite numbers, or vectors of one length, not {given}")
+    return found

@@ -57,17 +57,24 @@ class Randomize:
     def __repr__(self) -> str:
         return f"Randomize({self.values!r})"
 
-    def on(self, servers: Servers) -> Randomization:
-        """Find the properties in simulations, and read their present values, which `Scale` and `Shift` change.
+    def on(self, where: Client | Servers) -> Randomization:
+        """Find the properties in a simulation, or in several, and read the values that `Scale` and `Shift` change.
+
+        Args:
+            where: a `Client`, `Servers` or `Worlds`.
 
         Raises:
             CallsFailed: a simulation is gone.
             ValueError: an object or a property does not exist; the text has the valid names.
         """
+        servers = where if isinstance(where, Servers) else Servers([where.id], timeout=where.timeout)
         return Randomization(self, servers)
 
     def apply(self, where: Client | Servers, seed: int) -> list[Drawn]:
         """Set the properties of a simulation, or of several that step together, also while they run.
+
+        `Scale` and `Shift` change the values that are there now. To draw several times, use `on` once and its
+        `set_by_seed` then: it keeps the scene's own values.
 
         Args:
             where: a `Client`, `Servers` or `Worlds`.
@@ -79,12 +86,11 @@ class Randomize:
         Raises:
             CallsFailed, ValueError: as `on`; or a value was refused.
         """
-        servers = where if isinstance(where, Servers) else Servers([where.id], timeout=where.timeout)
-        return self.on(servers).set_by_seed(seed)
+        return self.on(where).set_by_seed(seed)
 
 
 class Randomization:
-    """Random properties of some simulations."""
+    """Random properties of some simulations, and the values that these had when they were found."""
 
     def __init__(self, described: Randomize, servers: Servers) -> None:
         self._values, self._servers = described.values, servers
@@ -135,7 +141,7 @@ class Randomization:
             calls.note(_WRITE, (self._handles[place][each.object], each.property, numbers))
 
     def set_by_seed(self, seed: int) -> list[Drawn]:
-        """Set the properties of all; see `Randomize.apply`."""
+        """Set the properties of all; see `Randomize.apply`. Equal seeds set equal numbers, whatever was set before."""
         drawn: list[Drawn] = [
             self.draw(place, np.random.default_rng(seed + place)) for place in range(len(self._servers))
         ]

@@ -75,6 +75,14 @@ def test_equal_seeds_draw_equal_numbers_and_others_do_not(client: Client) -> Non
     assert fixed.apply(client, 3) != fixed.apply(client, 4)
 
 
+def test_the_scenes_own_values_are_read_once(client: Client) -> None:
+    drawing = Randomize({"cube.mass": Scale(Uniform(0.5, 2)), "cube.position": Shift((0.1, 0, 0))}).on(client)
+    first = drawing.set_by_seed(3)
+    assert drawing.set_by_seed(4) != first
+    assert drawing.set_by_seed(3) == first
+    assert numbers(client, "cube.mass") == pytest.approx(first[0]["cube.mass"])
+
+
 def test_the_stop_restores_what_was_set_while_a_run_lasted(client: Client) -> None:
     before = numbers(client, "cube.mass"), numbers(client, "floor.friction")
     client.simulation.start()
@@ -129,6 +137,13 @@ def test_a_name_without_an_object_or_a_property_is_refused(name: str) -> None:
         lambda: Normal(0, -1),
         lambda: Choice(),
         lambda: Choice(1.0, (1.0, 2.0)),
+        lambda: Choice("red", "blue"),  # pyright: ignore[reportArgumentType]
+        lambda: Choice(1.0, float("inf")),
+        lambda: Uniform("low", 1),  # pyright: ignore[reportArgumentType]
+        lambda: Uniform((0, 0), (1, 1, 1)),
+        lambda: Normal((0, 0), (1, 1, 1)),
+        lambda: Normal(0, 1, low=float("nan")),
+        lambda: Normal(0, 1, 3, 2),
         lambda: Randomize({"cube.mass": float("nan")}),
         lambda: Randomize({"cube.mass": "heavy"}),  # pyright: ignore[reportArgumentType]
     ],
