@@ -14,9 +14,6 @@ MOST_TEXT = 20_000
 MOST_PIXELS = 640
 """Pixels along the larger side of an image."""
 
-MOST_ANSWER_WAIT = 300.0
-"""Seconds that a tool which starts another program waits for it."""
-
 
 class Refused(SimxError):
     """A tool cannot do what was asked; the text says what is valid."""

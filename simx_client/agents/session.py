@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -18,7 +16,8 @@ from simx_client.client import Camera, Client
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import BY_NAME, Command, Place
 
-from .answers import MOST_ANSWER_WAIT, Folder, Refused, limited, small_png
+from .answers import Folder, Refused, limited, small_png
+from .programs import run_program
 
 MOST_STEPS = 10_000
 """Simulation steps of one request."""
@@ -171,47 +170,34 @@ class Session:
     def replay(self, recording: str) -> str:
         """Replay a recording in the folder, and say whether all states are equal, or where they differ first."""
         path = self.folder.file(recording)
-        code, output = self._program("simx_server", "--replay", str(path), *self._code())
+        words = ["--allow-code"] if self.allows_code else []
+        code, output = self._own_program("simx_server", "--replay", str(path), *words)
         return f"exit code {code} ({REPLAY_CODES.get(code, 'a failure')})\n{output}"
 
     def check(self, script: str, scene: str = "") -> str:
         """Say what a script in the folder calls and names, and what is missing here, without running it."""
         words = ["--scene", self.folder.scene(scene)] if scene else []
-        code, output = self._program("simx_client", "check", str(self.folder.file(script)), *words)
+        code, output = self._own_program("simx_client", "check", str(self.folder.file(script)), *words)
         return f"exit code {code} (0: nothing is missing)\n{output}"
 
     def run(self, program: str, scene: str) -> str:
         """Run a Python program in the folder against a private simulation of a scene; return its output."""
         path, found = self.folder.file(program), self.folder.scene(scene)
-        code, output = self._program("simx_client", "run", "--server", found, str(path))
+        code, output = run_program(
+            "simx_client", "run", "--server", found, str(path), folder=self.folder.path
+        )
         return f"exit code {code}\n{output}"
 
     def compare(self, program: str, scene: str, recorded: str) -> str:
         """Run a program in the folder, and compare its run with a recorded one (NPZ, CSV, .simxlog)."""
         path, found, file = self.folder.file(program), self.folder.scene(scene), self.folder.file(recorded)
         words = [str(path), "--scene", found, "--recorded", str(file)]
-        code, output = self._program("simx_client", "compare", *words)
+        code, output = run_program("simx_client", "compare", *words, folder=self.folder.path)
         return f"exit code {code} (0: equal, 3: they depart)\n{output}"
 
-    def _code(self) -> list[str]:
-        return ["--allow-code"] if self.allows_code else []
-
-    def _program(self, module: str, *words: str) -> tuple[int, str]:
-        """Run a program of this project; return its exit code and its output. Raises Refused: it takes too long."""
-        try:
-            done = subprocess.run(
-                [sys.executable, "-m", module, *words],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-                errors="replace",
-                timeout=MOST_ANSWER_WAIT,
-                cwd=self.folder.path,
-            )
-        except subprocess.TimeoutExpired:
-            raise Refused(f"it did not end within {MOST_ANSWER_WAIT:g} s") from None
-        return done.returncode, limited(done.stdout)
+    def _own_program(self, module: str, *words: str) -> tuple[int, str]:
+        """Run a program that imports nothing of the folder; see `run_program`."""
+        return run_program(module, *words, folder=self.folder.path, flags=["-P"])
 
 
 def _word(value: Any) -> str:

@@ -60,8 +60,7 @@ def ask(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
 
 
 def _call(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
-    """Call a function that sends a file, or works in the client. The connection's log contains the reason of
-    a refusal."""
+    """Call a function that sends a file, or works in the client."""
     named = dict(zip((each.name for each in wanted(command)), arguments, strict=True))
     filled = {"clientID": client}
     if "operationMode" in command.parameters:
@@ -69,14 +68,23 @@ def _call(client: int, command: Command, arguments: Sequence[Any]) -> list[Any]:
     result: Any = getattr(simx_client, command.name)(**named, **filled)
     code, *values = cast("tuple[Any, ...]", result) if isinstance(result, tuple) else (result,)
     if code:
-        raise Refused(f"{command.name}: {meaning(code)}", code)
+        raise Refused(_reason(client, command, code), code)
     return values
+
+
+def _reason(client: int, command: Command, code: int) -> str:
+    """Return why a call failed: the simulator's words, if it refused the call."""
+    if code & c.simx_return_remote_error_flag:
+        (errors,) = ask(client, BY_NAME["simxGetLastErrors"], [])
+        if errors:
+            return str(errors[-1])
+    return f"{command.name}: {meaning(code)}"
 
 
 def meaning(code: int) -> str:
     """Describe a simx_return_ code in words."""
     if code & c.simx_return_remote_error_flag:
-        return f"the simulator refused it (code {code}); its reason is above"
+        return f"the simulator refused it (code {code})"
     if code & c.simx_return_timeout_flag:
         return f"no answer came in time (code {code}); see --timeout"
     if code & c.simx_return_novalue_flag:

@@ -13,6 +13,9 @@ import pytest
 from processes import PENDULUM, ROOT
 
 from simx_client.agents.answers import MOST_PIXELS, MOST_TEXT, Folder, Refused, limited, small_png
+from simx_client.agents.programs import run_program
+from simx_client.agents.session import Session
+from simx_client.errors import SimxError
 from simx_client.protocol.cli.installing import extra_line
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
@@ -110,6 +113,35 @@ def test_programs_run_only_where_code_is_allowed(tmp_path: Path) -> None:
         assert (failed, "outside the folder" in text) == (True, True)
 
     with_agent(tmp_path, work, "--allow-code")
+
+
+def test_a_program_ends_in_time_with_its_children(tmp_path: Path) -> None:
+    (tmp_path / "endless.py").write_text(
+        "import subprocess, sys\nsubprocess.run([sys.executable, '-c', 'import time; time.sleep(1000)'])\n"
+    )
+    with pytest.raises(Refused, match="it did not end within 2 s"):
+        run_program("endless", folder=tmp_path, timeout=2)
+
+
+def test_a_check_runs_no_module_of_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "argparse.py").write_text("raise SystemExit('a module of the folder ran')\n")
+    (tmp_path / "script.py").write_text(
+        "import vrep\nvrep.simxStart('127.0.0.1', 19997, True, True, 5000, 5)\n"
+    )
+    session = Session(Folder(tmp_path), tmp_path)
+    assert "exit code 0" in session.check("script.py")
+
+
+def test_an_agent_reads_why_a_call_was_refused_each_time(tmp_path: Path) -> None:
+    (tmp_path / "scene.xml").write_text(PENDULUM)
+    session = Session(Folder(tmp_path), tmp_path)
+    try:
+        session.load("scene.xml")
+        for _ in range(2):
+            with pytest.raises(SimxError, match="no model 'nothing'"):
+                session.call("simxLoadModel", ["nothing", 0])
+    finally:
+        session.close()
 
 
 def test_answers_are_bounded() -> None:
