@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import time
+
 from simx_server.scripting.interpreter import Waiting
 
 from .base import ApiPart
@@ -75,8 +78,9 @@ class ProcessFunctions(ApiPart, effect="changes"):
         return self._read_whole(port, length, closing, seconds)
 
     def _read_whole(self, port: int, length: int, closing: bytes, seconds: float) -> Waiting:
+        end = time.monotonic() + seconds if seconds > 0 else math.inf
         while True:
-            data = self._world.serial_ports.read_whole(port, length, closing, seconds)
+            data = self._world.serial_ports.read_whole(port, length, closing, end)
             if data is not None:
                 return (data,)
             yield

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import math
 import os
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.cli.installing import extra_line
@@ -37,8 +38,6 @@ class SerialPort:
     """pyserial's object; None in a replay."""
     unread: bytes = b""
     """Bytes that were received and that no program has read."""
-    start: float | None = field(default=None)
-    """The start of the present blocking read on the wall clock."""
 
 
 class SerialPorts(Part):
@@ -134,20 +133,20 @@ class SerialPorts(Part):
         self._receive(port, length)
         return self._taken(port, length)
 
-    def read_whole(self, handle: int, length: int, closing: bytes, seconds: float) -> bytes | None:
+    def read_whole(self, handle: int, length: int, closing: bytes, end: float) -> bytes | None:
         """Return a whole piece, or None while more has to be waited for.
 
         Args:
             handle: an open port.
             length: bytes of the piece.
             closing: bytes that end it earlier, and belong to it; empty for none.
-            seconds: wall time after which a part is returned; 0: never.
+            end: time of the monotonic clock from which on a part is returned.
 
         Raises:
             CommandError: no such port, or a length that cannot be.
         """
         port = self._readable(handle, length)
-        is_late = self._receive(port, length, seconds)
+        is_late = self._receive(port, length, end)
         place = port.unread.find(closing) if closing else -1
         if len(port.unread) >= length:
             size = length
@@ -157,7 +156,6 @@ class SerialPorts(Part):
             size = len(port.unread)
         else:
             return None
-        port.start = None
         return self._taken(port, size)
 
     def _readable(self, handle: int, length: int) -> SerialPort:
@@ -165,18 +163,16 @@ class SerialPorts(Part):
             raise CommandError(f"a read has 0 to {MOST_BYTES} bytes, not {length}")
         return self.get(handle)
 
-    def _receive(self, port: SerialPort, length: int, seconds: float = 0.0) -> bool:
-        """Get what the device has, up to a length; return whether a read has waited for too long."""
+    def _receive(self, port: SerialPort, length: int, end: float = math.inf) -> bool:
+        """Get what the device has, up to a length; return whether a time of the monotonic clock is over."""
 
         def act() -> list[Any]:
-            now = time.monotonic()
-            if port.start is None:
-                port.start = now
+            is_late = time.monotonic() >= end
             try:
                 data = port.device.read(max(0, length - len(port.unread)))
             except OSError:  # pyserial's errors are such; the device is gone
                 data = b""
-            return [data, seconds > 0 and now - port.start >= seconds]
+            return [data, is_late]
 
         data, is_late = self._outside.ask(act, bytes, bool)
         port.unread += data

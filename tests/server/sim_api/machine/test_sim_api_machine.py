@@ -10,6 +10,7 @@ import termios
 import tty
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import pytest
@@ -20,8 +21,10 @@ from sim_api_calls import ScriptWorld, world
 import simx_client as v
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE
 from simx_server.errors import CommandError
+from simx_server.parts.machine import serial_ports
 from simx_server.parts.machine.serial_ports import MOST_BYTES, MOST_PORTS
 from simx_server.recording.records import Kind
+from simx_server.sim_api import processes
 
 __all__ = ["world"]
 
@@ -121,6 +124,24 @@ def test_a_blocking_read_waits_in_a_thread_for_a_whole_piece(allowed: ScriptWorl
     assert go_on() == ["effg;"]
     begin(f"sim.serialRead({port}, 100, true, '', 1e-9)")
     assert go_on() == ["h"]
+
+
+def test_the_time_of_a_blocking_read_counts_from_its_own_start(
+    allowed: ScriptWorld, cable: Cable, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("serial")
+    clock = SimpleNamespace(now=0.0, monotonic=lambda: clock.now)
+    for module in (serial_ports, processes):
+        monkeypatch.setattr(module, "time", clock, raising=False)
+    port = allowed.value(f"sim.serialOpen('{cable.port}')")
+    assert allowed.value(f"sim.serialRead({port}, 4)") == ""
+    clock.now = 100.0
+    allowed.lua(
+        f"pieces = {{}} reader = coroutine.create(function() pieces[1] = sim.serialRead({port}, 4, true, '', 5) end)"
+    )
+    for now, read in ((101.0, None), (104.0, None), (106.5, "")):
+        clock.now = now
+        assert allowed.lua("coroutine.resume(reader) return pieces[1]") == [read]
 
 
 def test_ports_that_cannot_be_used_are_told(allowed: ScriptWorld, cable: Cable) -> None:
