@@ -11,6 +11,9 @@ OF_API_2 = [
     ("import sim\nfrom sim.zmqremoteapi import ZMQRemoteAPI\nrapi = ZMQRemoteAPI()\n", "sim.zmqremoteapi"),
     ("import sim\nsim.scene.simulation.start()\n", "sim.scene.simulation.start"),
     ("import sim as s\ns.app.getObjects()\n", "sim.app.getObjects"),
+    ("import sim\nscene = sim.scene\nscene.simulation.start()\n", "sim.scene"),
+    ("import sim\nprint(sim.app.productVersion)\n", "sim.app.productVersion"),
+    ("import sim\nworld = sim.IK()\n", "sim.IK"),
     ("from sim import scene\nscene.getObject('/Floor')\n", "sim.scene"),
 ]
 

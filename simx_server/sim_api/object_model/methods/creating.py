@@ -53,7 +53,9 @@ def create_object(call: Call, fields: dict[str, Any]) -> Ref:
     elif (own := class_named(call.world, kind)) is not None:
         handle = make_object(replace(call, handle=own.handle)).handle
     else:
-        raise CommandError(f"unknown type: {kind[:40]}{did_you_mean(kind, list(_MAKERS))}")
+        raise CommandError(
+            f"unknown type: {kind[:40]}{did_you_mean(kind, list(_MAKERS))}; valid: {', '.join(_MAKERS)}"
+        )
     target = ModelTarget.of(call.world, handle, call.script)
     try:
         for name, value in rest.items():

@@ -137,7 +137,7 @@ def test_a_wrong_property_of_a_new_object_leaves_nothing_behind(model: Model) ->
     assert model.get("scene", "objects") == before
     for fields, text in (
         ({}, "unsupported object type"),
-        ({"type": "test"}, "unknown type"),
+        ({"type": "test"}, "unknown type: test.*; valid: .*dummy"),
         ({"type": "camera"}, "cannot be made"),
         ({"type": "shape", "cuboid": {}, "color.diffuse": "blue"}, "colour"),
     ):
