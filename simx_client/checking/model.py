@@ -57,7 +57,7 @@ def _whole_chains(tree: ast.Module) -> Iterator[ast.Attribute]:
 
 
 def _chain(node: ast.Attribute) -> list[str]:
-    """Return the names of ``sim.scene.simulation.start``; none for what is no name in front."""
+    """Return the names of ``sim.scene.simulation.start``; none where something else than a name is in front."""
     names: list[str] = []
     part: ast.expr = node
     while isinstance(part, ast.Attribute):

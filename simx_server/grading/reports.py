@@ -41,7 +41,13 @@ def _end_of_output(attempt: Attempt) -> Iterator[str]:
     """Yield the last lines that a program has written."""
     if lines := attempt.output[-_LAST:].strip().splitlines()[-15:]:
         yield "the end of its output:"
-        yield from (f"  {line}" for line in lines)
+        # In front of a line `|`: GitHub takes those that start with :: for commands.
+        yield from (f"  | {_plain(line)}" for line in lines)
+
+
+def _plain(line: str) -> str:
+    """Return a line without characters that control a terminal."""
+    return "".join(each if each.isprintable() or each == "\t" else repr(each)[1:-1] for each in line)
 
 
 def _took(result: Result) -> str:

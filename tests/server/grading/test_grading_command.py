@@ -10,9 +10,11 @@ from pathlib import Path
 import pytest
 
 from simx_client.client import Client
+from simx_server.grading.attempt.attempt import Attempt
 from simx_server.grading.command import MISSED, main, make_parser
-from simx_server.grading.grading import GradingFailed, grade, grade_recording
-from simx_server.grading.reports import as_gradescope, summary
+from simx_server.grading.grading import GradingFailed, Result, grade, grade_recording
+from simx_server.grading.referee import Judgement
+from simx_server.grading.reports import as_gradescope, lines_of_attempt, summary
 from simx_server.grading.task.task import read_task
 
 TASK = """\
@@ -76,6 +78,14 @@ def test_a_check_without_points_is_reported_as_missed(task: Path, recording: Pat
     found = grade_recording(task, recording)
     assert [each["status"] for each in as_gradescope(found)["tests"]] == ["passed", "failed", "passed"]
     assert any("It cannot." in line for line in summary(found))
+
+
+def test_output_of_a_program_controls_no_terminal_and_no_workflow(recording: Path) -> None:
+    output = "\x1b[2Jgone\n::set-output name=result::all points\n"
+    attempt = Attempt(recording, output, "it ended with exit code 1", "", {}, 1.0)
+    result = Result(1, attempt, Judgement((), 0.0))
+    shown = list(lines_of_attempt((), result))
+    assert shown[-2:] == ["    | \\x1b[2Jgone", "    | ::set-output name=result::all points"]
 
 
 def test_a_film_that_cannot_be_made_is_not_a_missed_check(
