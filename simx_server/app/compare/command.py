@@ -46,7 +46,7 @@ examples:
   {program} robot.py --scene scene.ttt --original pc:19997 --save original.npz
   {program} robot.py --scene scene.ttt --recorded original.npz
 The original must have the scene open. A program for the legacy port keeps its own library there.
-exit codes: 0 equal within the tolerances, 1 a failure, 2 wrong usage, 3 they depart
+exit codes: 0 equal within the tolerances, 1 a failure, 2 wrong usage, 3 they depart, or the run here ends early
 """,
     )
     add_program(parser, "the Python file")
@@ -97,8 +97,8 @@ def main(argv: Sequence[str] | None = None, program: str = "simx compare") -> in
     except (CommandError, StartError, Divergence) as error:
         sys.stderr.write(f"{program}: {error}\n")
         return FAILURE
-    found = compare(one, other, tolerances)
     steps = (one.steps and other.steps) or bool(options.recorded)
+    found = compare(one, other, tolerances, steps=steps)
     if options.page is not None:
         title = f"{Path(options.program).name}: {names.one} and {names.other}"
         try:
@@ -112,7 +112,7 @@ def main(argv: Sequence[str] | None = None, program: str = "simx compare") -> in
 
 def exit_code(found: Comparison) -> int:
     """Return the exit code of a result."""
-    return DONE if found.is_equal else DIVERGED if found.departures else FAILURE
+    return DONE if found.is_equal else DIVERGED if found.departures or found.ends_early else FAILURE
 
 
 def tolerances_of(texts: Sequence[str]) -> Mapping[str, Tolerance]:

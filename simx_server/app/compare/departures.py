@@ -111,16 +111,25 @@ class Comparison:
     ends: tuple[float, float] = (0.0, 0.0)
     """Last times of the two runs in seconds."""
 
+    ends_early: bool = False
+    """Whether the second run lacks the end of the first one."""
+
     tolerances: Mapping[str, Tolerance] = field(default_factory=lambda: TOLERANCES)
 
     @property
     def is_equal(self) -> bool:
-        """Return whether everything that both have stays within the tolerances, and something does."""
-        return not self.departures and bool(self.equal)
+        """Return whether everything that both have stays within the tolerances, up to the end, and something does."""
+        return not self.departures and not self.ends_early and bool(self.equal)
 
 
-def compare(one: Run, other: Run, tolerances: Mapping[str, Tolerance] = TOLERANCES) -> Comparison:
-    """Compare two runs; the first one is the reference."""
+def compare(
+    one: Run, other: Run, tolerances: Mapping[str, Tolerance] = TOLERANCES, *, steps: bool = True
+) -> Comparison:
+    """Compare two runs; the first one is the reference.
+
+    Args:
+        steps: whether the program makes the simulation steps itself; runs of others end at different times.
+    """
     found = Comparison(ends=(one.end, other.end), tolerances=tolerances)
     for quantity in sorted(one.series.keys() & other.series.keys()):
         departure = _departure(
@@ -132,10 +141,18 @@ def compare(one: Run, other: Run, tolerances: Mapping[str, Tolerance] = TOLERANC
             (found.equal if departure.time is None else found.departures).append(departure)
     found.departures.sort(key=lambda each: (each.time, each.quantity.name == ANSWER, -each.size))
     found.equal.sort(key=lambda each: -each.largest)
+    is_shorter = other.end < one.end - max(SAME_TIME, WIDEST * _interval(one))
+    found.ends_early = steps and is_shorter and bool(found.departures or found.equal)
     mine, its = _owners(one), _owners(other)
     found.only_one, found.only_other = sorted(mine - its), sorted(its - mine)
     found.calls = _calls(one.calls, other.calls)
     return found
+
+
+def _interval(run: Run) -> float:
+    """Return the usual interval between two samples in seconds; 0 for a run without steps."""
+    times = max((each.times for each in run.series.values()), key=len, default=np.zeros(0))
+    return float(np.median(np.diff(times))) if len(times) > 1 else 0.0
 
 
 def _owners(run: Run) -> set[str]:

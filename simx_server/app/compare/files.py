@@ -45,7 +45,7 @@ def read_run(path: Path) -> Run:
         run = _read_npz(path) if path.suffix.lower() == ".npz" else _read_csv(path)
     except OSError as error:
         raise CommandError(f"'{path}' cannot be read: {error.strerror}") from None
-    except (ValueError, KeyError, zipfile.BadZipFile, csv.Error, UnicodeDecodeError, EOFError) as error:
+    except (ValueError, KeyError, TypeError, zipfile.BadZipFile, csv.Error, EOFError) as error:
         raise CommandError(f"'{path}' is no recorded run: {error}; {_HOW}") from None
     if not run.series:
         raise CommandError(f"'{path}' has no quantity of an object; {_HOW}")
@@ -73,7 +73,9 @@ def _read_npz(path: Path) -> Run:
             raise ValueError(f"it unpacks to more than {LARGEST >> 20} MiB")
     with np.load(path, allow_pickle=False) as content:
         arrays = {name: content[name] for name in content.files}
-    notes: dict[str, Any] = json.loads(str(arrays.pop(CALLS))) if CALLS in arrays else {}
+    notes: Any = json.loads(str(arrays.pop(CALLS))) if CALLS in arrays else {}
+    if not isinstance(notes, dict):
+        raise ValueError(f"its '{CALLS}' are not those of --save")
     common = arrays.pop(TIME, None)
     series: dict[Quantity, Series] = {}
     for name, array in arrays.items():
@@ -83,8 +85,8 @@ def _read_npz(path: Path) -> Run:
         if times is None:
             raise ValueError(f"it has no times for '{name}'")
         series[_quantity(name)] = _series(name, times, array)
-    calls = [Call(*each) for each in notes.get("calls", ())]
-    return Run(series, calls, bool(notes.get("steps")))
+    calls = [Call(*each) for each in cast(Any, notes).get("calls", ())]
+    return Run(series, calls, bool(cast(Any, notes).get("steps")))
 
 
 def _quantity(name: str) -> Quantity:

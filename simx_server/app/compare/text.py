@@ -52,8 +52,12 @@ def lines(found: Comparison, names: Names, *, steps: bool = True) -> Iterator[st
 
 
 def _first(found: Comparison, names: Names) -> Iterator[str]:
+    if found.ends_early:
+        yield f"ends early: {names.other} at {found.ends[1]:.3f} s, {names.one} at {found.ends[0]:.3f} s"
     if not found.departures:
-        if found.equal:
+        if found.equal and found.ends_early:
+            yield "every quantity stays within its tolerance up to there"
+        elif found.equal:
             yield "equal: every quantity stays within its tolerance"
         else:
             yield "nothing to compare: the two runs have no quantity at common times"
@@ -146,6 +150,7 @@ def record(found: Comparison) -> dict[str, Any]:
     return {
         "equal": found.is_equal,
         "ends": found.ends,
+        "ends_early": found.ends_early,
         "tolerances": {
             name: {"absolute": each.absolute, "share": each.share} for name, each in found.tolerances.items()
         },

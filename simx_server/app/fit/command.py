@@ -40,6 +40,8 @@ from .parameters import PLACES, Free, free_of
 
 _SIMXLOG = ".simxlog"
 
+MOST_ITERATIONS = 10_000
+
 MET = (POSITION, ORIENTATION, JOINT, VELOCITY)
 """Quantities that are met without others. Forces jump where motors are at their limits, which makes a fit rough."""
 
@@ -88,11 +90,19 @@ exit codes: 0 done, 1 a failure, 2 wrong usage
         type=Path,
         help="write the scene with the values: an .xml, or a folder for a .ttt",
     )
-    parser.add_argument("--iterations", metavar="N", type=int, default=30, help="at most (30)")
+    parser.add_argument("--iterations", metavar="N", type=_iterations, default=30, help="at most (30)")
     parser.add_argument("--json", action="store_true", help="print one line of JSON")
     add_allow_code(parser)
     parser.add_argument("-v", "--verbose", action="store_true", help="print each candidate to stderr")
     return parser
+
+
+def _iterations(text: str) -> int:
+    if not 1 <= int(text) <= MOST_ITERATIONS:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no number of iterations; valid: 1 to {MOST_ITERATIONS}"
+        )
+    return int(text)
 
 
 def main(argv: Sequence[str] | None = None, program: str = "simx fit") -> int:

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simx_server.app.compare.command import tolerances_of
+from simx_client.protocol.cli.exit_codes import DIVERGED
+from simx_server.app.compare.command import exit_code, tolerances_of
 from simx_server.app.compare.departures import TOLERANCES, Tolerance, aligned, compare
 from simx_server.app.compare.files import read_run, write_run
 from simx_server.app.compare.page import page
@@ -72,6 +73,10 @@ def test_arrays_of_objects_are_not_read(tmp_path: Path) -> None:
     np.savez(path, **{"time": np.zeros(1), "hinge.joint": np.array([{}], dtype=object)})  # pyright: ignore
     with pytest.raises(CommandError, match="is no recorded run"):
         read_run(path)
+    for calls in ("[1]", '{"calls": [[1, 2]]}'):
+        np.savez(path, **{"time": np.zeros(1), "hinge.joint": np.zeros(1), "calls": np.array(calls)})  # pyright: ignore
+        with pytest.raises(CommandError, match="is no recorded run"):
+            read_run(path)
     (tmp_path / "text.npz").write_text("no archive")
     with pytest.raises(CommandError, match="is no recorded run"):
         read_run(tmp_path / "text.npz")
@@ -89,6 +94,18 @@ def test_times_that_the_other_run_lacks_are_interpolated_within_usual_gaps() -> 
 def test_runs_with_other_steps_are_compared_at_common_times() -> None:
     ramp = [0.1 * number for number in range(1, 41)]
     assert compare(run_of(ramp[:20]), run_of([each / 2 for each in ramp], step=0.025)).is_equal
+
+
+def test_a_run_that_ends_early_is_not_equal() -> None:
+    course = [0.1 * number for number in range(20)]
+    found = compare(run_of(course), run_of(course[:9]))
+    assert (found.is_equal, exit_code(found), record(found)["ends_early"]) == (False, DIVERGED, True)
+    text = "\n".join(lines(found, NAMES))
+    assert "ends early: here at 0.450 s, original at 1.000 s" in text
+    assert "equal: " not in text
+    assert compare(run_of(course[:9]), run_of(course)).is_equal, "a recorded part"
+    assert compare(run_of(course), run_of(course[:18])).is_equal, "two steps"
+    assert compare(run_of(course), run_of(course[:9]), steps=False).is_equal, "no steps of the program"
 
 
 def test_the_first_time_above_the_tolerance_counts_and_the_largest_is_told() -> None:
