@@ -118,17 +118,22 @@ def _where(difference: Difference, states: tuple[Named, Named] | None) -> Iterat
 
 
 def _what(found: list[Departure]) -> Iterator[str]:
-    for each in found[:_SHOWN]:
-        owner, name, unit = each.quantity
-        if each.one is None or each.other is None:
-            yield f"  {owner}: only in the {'second' if each.one is None else 'first'} recording"
-        else:
-            yield f"  {owner}: {name} differs by {each.size:.3g} {unit}".rstrip()
-            yield f"    {_numbers(each.one)} and {_numbers(each.other)}"
-    if len(found) > _SHOWN:
-        yield f"  and {len(found) - _SHOWN} more"
+    # An object that one of them lacks has several quantities, and one line.
+    differences = list(dict.fromkeys(map(_how, found)))
+    yield from differences[:_SHOWN]
+    if len(differences) > _SHOWN:
+        yield f"  and {len(differences) - _SHOWN} more"
     if not found:
         yield "  no object that a program can name differs"
+
+
+def _how(departure: Departure) -> str:
+    owner, name, unit = departure.quantity
+    one, other = departure.one, departure.other
+    if one is None or other is None:
+        return f"  {owner}: only in the {'second' if one is None else 'first'} recording"
+    size = f"{departure.size:.3g} {unit}".rstrip()
+    return f"  {owner}: {name} differs by {size}\n    {_numbers(one)} and {_numbers(other)}"
 
 
 def _numbers(values: tuple[float, ...]) -> str:

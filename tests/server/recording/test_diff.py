@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from processes import PENDULUM
-from real_world import BLOCKING, handle_of, start_stepped
+from real_world import BLOCKING, start_stepped
 from recordings import recorded, rewrite
 
 import simx_client as v
@@ -30,7 +30,7 @@ def record(scene: Path, to: Path, *, kicks: dict[int, float], steps: int = 6) ->
     """Record a stepped run in which a client puts the joint somewhere before some of the steps."""
     with recorded(scene, to) as place:
         client = place.client()
-        hinge = handle_of(client, "hinge")
+        hinge = v.simxGetObjects(client, v.sim_object_joint_type, BLOCKING)[1][0]
         start_stepped(client)
         for step in range(1, steps + 1):
             if step in kicks:
@@ -75,6 +75,21 @@ def test_equal_runs_are_equal(scene: Path, tmp_path: Path, capsys: pytest.Captur
         DONE,
         "equal: all 6 simulation steps have the same positions and velocities\n",
     )
+
+
+def test_an_object_that_one_scene_lacks_is_named_once(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = tmp_path / "other.xml"
+    other.write_text(PENDULUM.replace('"hinge"', '"elbow"'))
+    code, shown, _ = run(
+        capsys,
+        record(scene, tmp_path / "one.simxlog", kicks={1: 0.5}),
+        record(other, tmp_path / "other.simxlog", kicks={}),
+    )
+    assert code == DIVERGED
+    assert shown.count("hinge: only in the first recording") == 1
+    assert shown.count("elbow: only in the second recording") == 1
 
 
 def test_a_recording_that_ends_before_the_other_is_named(
@@ -142,7 +157,7 @@ def test_calls_that_differ_only_in_bytes_or_far_behind_are_told_apart(
     def signalled(to: Path, signal: bytes, number: int) -> Path:
         with recorded(scene, to) as place:
             client = place.client()
-            hinge = handle_of(client, "hinge")
+            hinge = v.simxGetObjects(client, v.sim_object_joint_type, BLOCKING)[1][0]
             start_stepped(client)
             for _ in range(12):
                 v.simxSetIntegerSignal(client, "many", 1, BLOCKING)
