@@ -36,15 +36,15 @@ $(READY): pyproject.toml $(LOCKS)/setup.lock hatch_build.py $(wildcard simx_serv
 	@echo "[1/3] making the virtual environment in $(VENV) ($$($(PYTHON) --version))"
 	@$(PYTHON) -m venv $(VENV) || { \
 	  echo "Python's venv module failed; on Debian and Ubuntu: apt-get install python3-venv"; exit 1; }
-	@echo "[2/3] installing with pip: MuJoCo, Zenoh, OpenCV and the tools (about 400 MB, a minute or two)"
+	@echo "[2/3] installing with pip: MuJoCo, Zenoh, OpenCV and the tools (1.6 GB on the disk, a minute or two)"
 	@$(BIN)/python -m pip install --disable-pip-version-check --progress-bar off \
-	    --require-hashes -r $(LOCKS)/setup.lock 2> >(grep -v '^WARNING' >&2) \
+	    --require-hashes -r $(LOCKS)/setup.lock 2> >(grep -Ev '^ *(WARNING|DEPRECATION)' >&2) \
 	  | awk '/^(Collecting|Processing)/ { n = split($$2, part, "/"); print "      " part[n]; fflush() }' || { \
 	  echo "pip could not install what simx needs; its own message stands above."; \
 	  echo "Without a network, point pip at a mirror or a folder of wheels (see 'pip config'), then try again."; \
 	  exit 1; }
 	@$(BIN)/python -m pip install --disable-pip-version-check --quiet --no-deps --no-build-isolation -e . \
-	    2> >(grep -v '^WARNING' >&2)
+	    2> >(grep -Ev '^ *(WARNING|DEPRECATION)' >&2)
 	@touch $@
 	@echo "[3/3] ready; physics steps: $$($(BIN)/python -m simx_server.joints.native)"
 

@@ -69,7 +69,9 @@ def _compile(root: Path, source: Path) -> str:
     if (headers := find_headers()) is None:
         return "the package mujoco, whose headers are needed, is not installed"
     if (compiler := find_compiler()) is None:
-        return "there is no C compiler"
+        return "there is no C compiler (on Debian or Ubuntu: apt-get install gcc)"
+    if not Path(python := sysconfig.get_path("include"), "Python.h").exists():
+        return f"{python} has no Python.h (on Debian or Ubuntu: apt-get install python3-dev)"
     module, source = root / module_of(source), root / source
     with tempfile.TemporaryDirectory(
         prefix=".build-", dir=module.parent
@@ -81,7 +83,7 @@ def _compile(root: Path, source: Path) -> str:
             *("-O2", "-std=c11", "-fvisibility=hidden"),
             "-ffp-contract=off",  # a fused multiplication rounds once, NumPy twice
             f'-DSOURCE_HASH="{hashlib.sha256(source.read_bytes()).hexdigest()[:16]}"',
-            *(f"-I{folder}" for folder in (sysconfig.get_path("include"), headers)),
+            *(f"-I{folder}" for folder in (python, headers)),
             *(str(source), "-o", str(new)),
             *_link_flags(),
         ]

@@ -114,9 +114,11 @@ def _check_form(topic: str, module: str) -> Finding:
         return Finding(WARNING, topic, f"not known: {error}")
     if found.module is not None:
         return Finding(OK, topic, found.reason)
+    from simx_server.joints.native.loading import HOW_TO_COMPILE  # here, since it imports MuJoCo
+
     advice = (
-        "with a C compiler, install the package again; results are equal without, and slower: physics steps up to "
-        "five times, inverse kinematics a hundred times"
+        f"{HOW_TO_COMPILE}; results are equal without, and slower: physics steps up to five times, inverse kinematics "
+        "a hundred times"
     )
     return Finding(WARNING, topic, f"in Python: {found.reason}", advice)
 

@@ -2,8 +2,10 @@
 
 import sys
 
-from .loading import form
+from .loading import HOW_TO_COMPILE, form
 
 if __name__ == "__main__":
     module, reason = form()
-    sys.stdout.write(f"{reason if module is not None else f'in Python: {reason}'}\n")
+    sys.stdout.write(
+        f"{reason}\n" if module is not None else f"in Python, slower: {reason}; {HOW_TO_COMPILE}\n"
+    )

@@ -41,6 +41,9 @@ _FUNCTIONS = (
 _LIBRARIES = "libmujoco.so.*", "libmujoco.*.dylib", "mujoco.dll"
 
 
+HOW_TO_COMPILE = "on Debian or Ubuntu: apt-get install gcc python3-dev, then install simx again"
+
+
 class Form(NamedTuple):
     """The form in which something runs that is written in both languages."""
 
@@ -65,10 +68,9 @@ def form() -> Form:
 
 @cache
 def _load() -> Form:
-    try:
-        from . import _physics_step as module
-    except ImportError as error:
-        return Form(None, f"the compiled module is not there ({error})")
+    found = _import("_physics_step", __package__)
+    if (module := found.module) is None:
+        return found
     if mujoco.mj_version() != module.HEADER:
         return Form(
             None, f"the module was compiled for MuJoCo {module.HEADER}, and {mujoco.mj_version()} is running"
@@ -104,13 +106,20 @@ def form_without_mujoco(source: Path, package: str | None, variable: str) -> For
 
 @cache
 def _load_from(source: Path, package: str | None) -> Form:
-    try:
-        module = import_module(f"{package}.{source.stem}")
-    except ImportError as error:
-        return Form(None, f"the compiled module is not there ({error})")
-    if source.exists() and source_hash(source) != module.SOURCE_HASH:
+    found = _import(source.stem, package)
+    if found.module is not None and source.exists() and source_hash(source) != found.module.SOURCE_HASH:
         return Form(None, "the compiled module is older than its source")
-    return Form(module, "compiled")
+    return found
+
+
+def _import(name: str, package: str | None) -> Form:
+    """Return a compiled module, or why it cannot be imported: most often it was never compiled."""
+    try:
+        return Form(import_module(f"{package}.{name}"), "compiled")
+    except ModuleNotFoundError:
+        return Form(None, "the build of simx found no C compiler, or no headers of Python")
+    except ImportError as error:
+        return Form(None, f"the compiled module cannot be loaded ({error})")
 
 
 def _addresses() -> dict[str, int]:

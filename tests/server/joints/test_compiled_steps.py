@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 import re
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -340,6 +341,12 @@ def test_a_module_for_another_mujoco_is_not_used(monkeypatch: pytest.MonkeyPatch
 def test_a_module_older_than_its_source_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiled, "SOURCE_HASH", "another")
     assert loading.form() == (None, "the compiled module is older than its source")
+
+
+@pytest.mark.usefixtures("loaded_again")
+def test_a_module_that_was_never_compiled_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, f"{loading.__package__}._physics_step", None)
+    assert loading.form() == (None, "the build of simx found no C compiler, or no headers of Python")
 
 
 @pytest.mark.usefixtures("loaded_again")

@@ -42,8 +42,8 @@ def modules(tree: Path, hook: ModuleType) -> list[Path]:
 
 
 def test_the_modules_are_compiled_for_the_installed_mujoco(tree: Path, hook: ModuleType) -> None:
-    if hook.find_compiler() is None:
-        pytest.skip("no C compiler: apt-get install gcc")
+    if hook.find_compiler() is None or not Path(hook.sysconfig.get_path("include"), "Python.h").exists():
+        pytest.skip("no C compiler or no headers of Python: apt-get install gcc python3-dev")
     assert hook.compile_modules(tree) == ""
     folders = [str(path.parent) for path in modules(tree, hook)]
     text = (
@@ -61,7 +61,16 @@ def test_without_a_compiler_no_module_is_left(
     monkeypatch.setenv("PATH", str(tree))
     monkeypatch.setenv("CC", "no-such-compiler -O2")
     monkeypatch.setattr(hook.sysconfig, "get_config_var", lambda _name: None)
-    assert hook.compile_modules(tree) == "there is no C compiler"
+    assert hook.compile_modules(tree).startswith("there is no C compiler")
+    assert not modules(tree, hook)
+
+
+def test_without_headers_of_python_their_package_is_named(
+    tree: Path, hook: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hook.sysconfig, "get_path", lambda _name: str(tree))
+    monkeypatch.setattr(hook, "find_headers", lambda: tree)
+    assert "Python.h (on Debian or Ubuntu: apt-get install python3-dev)" in hook.compile_modules(tree)
     assert not modules(tree, hook)
 
 
