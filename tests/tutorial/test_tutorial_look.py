@@ -15,6 +15,7 @@ from processes import ROOT
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as vrep
+from simx_server.sensors.opengl.backend import choose_backend
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
@@ -62,6 +63,8 @@ def view(request: pytest.FixtureRequest) -> Iterator[View]:
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "raycast":
             patch.setenv("MUJOCO_GL", "disable")
+        elif choose_backend().name == "raycast":
+            pytest.skip("no OpenGL on this machine: apt-get install libegl1 libopengl0 libgl1-mesa-dri")
         world = RealWorld("ur5_rg2_kinect")
         client = world.client()
         try:
@@ -71,12 +74,7 @@ def view(request: pytest.FixtureRequest) -> Iterator[View]:
                 vrep.simxSetJointTargetPosition(client, joint, angle, BLOCKING)
             start_stepped(client)
             step(client, 1.0)
-            view = View(world, client)
-            backend = world.parts.rendering.backend
-            assert backend is not None
-            if backend.name == "raycast" and request.param == "opengl":
-                pytest.skip("no OpenGL on this machine: apt-get install libegl1 libopengl0 libgl1-mesa-dri")
-            yield view
+            yield View(world, client)
         finally:
             world.close()
 

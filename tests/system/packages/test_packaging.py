@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
+import sysconfig
 import tomllib
 from importlib import metadata
 from pathlib import Path
@@ -52,6 +54,15 @@ def test_the_commands_of_the_package_are_there() -> None:
     }
     assert set(commands) == {"simx-server", "simx-run", "simx-check", "simx"}
     assert all(callable(entry.load()) for entry in commands.values())
+
+
+def test_make_knows_the_file_that_links_an_environment_to_this_folder() -> None:
+    """Without it `make` installs the project again, as after `pip install '.[EXTRA]'`."""
+    origin = json.loads(metadata.distribution("simx-vrep").read_text("direct_url.json") or "{}")
+    if not origin.get("dir_info", {}).get("editable"):
+        pytest.skip("the project is not installed with pip install -e")
+    (name,) = re.findall(r"site-packages/(\S+\.pth)", (ROOT / "Makefile").read_text(encoding="utf-8"))
+    assert Path(sysconfig.get_path("purelib"), name).exists()
 
 
 def test_a_wheel_has_the_scenes_the_types_and_every_other_file_of_the_packages(tmp_path: Path) -> None:
@@ -109,6 +120,7 @@ def test_the_changelog_has_this_version_with_its_date() -> None:
 
 WITH_A_CLIENT_ONLY = """
 import sys
+import sysconfig
 for name in ("mujoco", "numpy", "cv2", "lupa", "fissix", "ruckig"):
     sys.modules[name] = None
 import simx_client, simx_client.client.client, simx_client.launch.run, simx_server.app.doctor.page
