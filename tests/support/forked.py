@@ -1,7 +1,10 @@
-"""Processes of Python programs that start within milliseconds: forks of a process that has imported the server.
+"""Processes of Python programs that start within milliseconds: forks of a process that has imported what they import.
 
 A fork is not a new interpreter: its modules, its memory and its command line in ``/proc`` are those of
 `programs/fork_server.py`. Tests of these start `subprocess.Popen`. Linux only.
+
+Two such processes: one has imported the server, the other the client, and neither MuJoCo nor NumPy, as scripts find
+them under simx-run.
 """
 
 from __future__ import annotations
@@ -25,28 +28,43 @@ ROOT = Path(__file__).parents[2]
 PROGRAM = Path(__file__).parent / "programs" / "fork_server.py"
 
 
-class _ForkServer:
-    """The process that forks. It ends with this one."""
+class ForkServer:
+    """The process that forks, or rather this process's end of its socket."""
 
-    def __init__(self) -> None:
-        self._requests, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    def __init__(self, requests: socket.socket) -> None:
+        self.requests = requests
         self._asking = threading.Lock()
-        with theirs:
-            self._process = subprocess.Popen([sys.executable, PROGRAM], stdin=theirs.fileno(), cwd=ROOT)
-        atexit.register(self.close)
 
     def fork(self, request: Mapping[str, object], files: list[int]) -> None:
         with self._asking:
-            socket.send_fds(self._requests, [json.dumps(request).encode()], files)
+            socket.send_fds(self.requests, [json.dumps(request).encode()], files)
 
-    def close(self) -> None:
-        self._requests.close()
-        self._process.wait()
+
+def _start(*descriptors: int) -> ForkServer:
+    """Start one that ends with this process; `descriptors` are for its program."""
+    requests, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    command = [sys.executable, PROGRAM, *map(str, descriptors)]
+    with theirs:
+        process = subprocess.Popen(command, stdin=theirs.fileno(), cwd=ROOT, pass_fds=descriptors)
+
+    def close() -> None:
+        requests.close()
+        process.wait()
+
+    atexit.register(close)
+    return ForkServer(requests)
 
 
 @functools.cache
-def _fork_server() -> _ForkServer:
-    return _ForkServer()
+def of_servers() -> ForkServer:
+    """Return the one that has imported the server."""
+    return _start()
+
+
+@functools.cache
+def of_scripts() -> ForkServer:
+    """Return the one that has imported the client; its processes have their servers forked, too."""
+    return _start(of_servers().requests.fileno())  # begun later, it ends first: it has that socket, too
 
 
 class Forked(subprocess.Popen[str]):
@@ -59,6 +77,7 @@ class Forked(subprocess.Popen[str]):
         env: its variables; None for those of this process.
         start_new_session: whether it leads a session and a group of processes.
         pass_fds: file descriptors that it gets under the same numbers.
+        origin: the process that forks; None for that of servers.
     """
 
     def __init__(
@@ -72,6 +91,7 @@ class Forked(subprocess.Popen[str]):
         env: Mapping[str, str] | None = None,
         start_new_session: bool = False,
         pass_fds: Sequence[int] = (),
+        origin: ForkServer | None = None,
     ) -> None:
         self.args = [str(argument) for argument in arguments]
         self.returncode: int | None = None
@@ -91,7 +111,7 @@ class Forked(subprocess.Popen[str]):
             reading, report = os.pipe()
             given.callback(os.close, report)
             self._report = os.fdopen(reading, buffering=1)
-            _fork_server().fork(request, [source, sink, errors, report, *pass_fds])
+            (origin or of_servers()).fork(request, [source, sink, errors, report, *pass_fds])
         self.pid = int(self._report.readline())
 
     def poll(self) -> int | None:
@@ -135,6 +155,41 @@ class Forked(subprocess.Popen[str]):
         for reader in readers:
             reader.join(timeout)
         return texts[0], texts[1]
+
+
+class ServersSubprocess:
+    """Stands in for `subprocess` in the module with which a forked script starts its own server."""
+
+    def __init__(self, origin: ForkServer) -> None:
+        self._origin = origin
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(subprocess, name)
+
+    def Popen(
+        self,
+        command: Sequence[str],
+        *,
+        env: Mapping[str, str],
+        stdin: int,
+        stdout: int,
+        text: bool,
+        start_new_session: bool,
+        creationflags: int,
+    ) -> Forked:
+        """Fork the server, in the present folder."""
+        assert command[:4] == [sys.executable, "-P", "-m", "simx_server"], command
+        assert text
+        assert not creationflags
+        return Forked(
+            command[2:],
+            stdin=stdin,
+            stdout=stdout,
+            cwd=Path.cwd(),
+            env=env,
+            start_new_session=start_new_session,
+            origin=self._origin,
+        )
 
 
 def _stream(

@@ -1,4 +1,6 @@
-"""Runs scratch scripts through simx-run in a separate process, in a separate folder."""
+"""Runs scratch scripts through simx-run in a separate process, in a separate folder.
+
+Its processes, and servers that it starts, are forks. Tests of what only a new interpreter shows ask for one."""
 
 from __future__ import annotations
 
@@ -6,9 +8,14 @@ import os
 import subprocess
 import sys
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
 
+from forked import Forked, of_scripts
+from processes import running
+
 ROOT = Path(__file__).parents[2]
+MODULE_PATH = os.environ.get("PYTHONPATH")
 Finished = subprocess.CompletedProcess[str]
 
 LEGACY_BINDING = """\
@@ -71,12 +78,39 @@ def python(folder: Path, *arguments: str, stdin: str = "") -> Finished:
     )
 
 
+def forked(folder: Path, *arguments: str, stdin: str = "") -> Finished:
+    """Do as `python`, in a fork. It has imported the client already, and the module path is that of the tests."""
+    assert os.environ.get("PYTHONPATH") == MODULE_PATH, "a fork cannot have another one: start an interpreter"
+    pipe = subprocess.PIPE
+    with running(
+        Forked(
+            arguments,
+            stdin=pipe,
+            stdout=pipe,
+            stderr=pipe,
+            cwd=folder,
+            env=environment(),
+            origin=of_scripts(),
+        )
+    ) as process:
+        output, errors = process.communicate(stdin, timeout=60)
+    return Finished(process.args, process.wait(), output, errors)
+
+
 def simx_run(
-    folder: Path, text: str, *arguments: str, flags: tuple[str, ...] = (), stdin: str = ""
+    folder: Path,
+    text: str,
+    *arguments: str,
+    flags: tuple[str, ...] = (),
+    stdin: str = "",
+    start: Callable[..., Finished] = forked,
 ) -> Finished:
-    """Write `text` as script.py into `folder` and run it there; the exit code is the caller's to judge."""
+    """Write `text` as script.py into `folder` and run it there; the exit code is the caller's to judge.
+
+    `start` is `python` where a new interpreter is the point.
+    """
     write_script(folder, text)
-    return python(folder, "-m", "simx_client", "run", *flags, "script.py", *arguments, stdin=stdin)
+    return start(folder, "-m", "simx_client", "run", *flags, "script.py", *arguments, stdin=stdin)
 
 
 def output_of(folder: Path, text: str, *arguments: str, flags: tuple[str, ...] = ()) -> str:

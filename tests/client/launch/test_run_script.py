@@ -84,7 +84,7 @@ SCRIPTS = {
 @pytest.mark.parametrize("script", SCRIPTS)
 def test_script_runs_as_under_python(tmp_path: Path, script: str) -> None:
     (tmp_path / "broken.py").write_text("def f():\n    raise OSError('broken')\nf()\n")
-    ours = simx_run(tmp_path, SCRIPTS[script], "--flag", "value", "-v")
+    ours = simx_run(tmp_path, SCRIPTS[script], "--flag", "value", "-v", start=python)
     theirs = python(tmp_path, "script.py", "--flag", "value", "-v")
     assert (ours.returncode, ours.stdout) == (theirs.returncode, theirs.stdout)
     assert ours.stderr == theirs.stderr

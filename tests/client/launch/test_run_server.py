@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from launching import environment, simx_run, write_script
+from launching import environment, python, simx_run, write_script
 
 pytestmark = pytest.mark.slow
 
@@ -43,7 +43,7 @@ def test_server_is_ready_before_and_stopped_after(folder: Path) -> None:
         "import json, os\nprint(json.load(open('server.json'))['arguments'], os.environ['SIMX_REDIRECT'])\n"
     )
     flags = ("--server", "scene.xml", "--server-args", "--speed max --viewer")
-    finished = simx_run(folder, text, flags=flags)
+    finished = simx_run(folder, text, flags=flags, start=python)
     assert finished.returncode == 0, finished.stderr
     assert finished.stdout == (
         "['scene.xml', '--port', '0', '--no-script-ports', '--speed', 'max', '--viewer', '--until-eof'] "
@@ -73,7 +73,7 @@ def test_config_of_a_client_is_not_the_servers_and_the_scripts_only_if_the_serve
     """A server that asks for no login does not let in who has one."""
     monkeypatch.setenv("SIMX_CONFIG", "client.json5")
     text = "import json, os\nprint([json.load(open('server.json'))['config'], os.environ.get('SIMX_CONFIG', '')])"
-    finished = simx_run(folder, text, flags=("-v", "--server", "scene.xml", *more))
+    finished = simx_run(folder, text, flags=("-v", "--server", "scene.xml", *more), start=python)
     assert finished.stdout == f"{['', kept]}\n", finished.stderr
     assert ("SIMX_CONFIG" in finished.stderr) == (not kept)
 
@@ -86,7 +86,7 @@ def test_module_in_the_working_folder_takes_no_place_of_the_servers(
     (tmp_path / "mujoco.py").write_text("open('evil', 'w').close()\n")
     (tmp_path / "simx_server").mkdir()
     (tmp_path / "simx_server" / "__main__.py").write_text("open('evil', 'w').close()\n")
-    finished = simx_run(tmp_path, "print('done')", flags=("--server", "two_link_arm"))
+    finished = simx_run(tmp_path, "print('done')", flags=("--server", "two_link_arm"), start=python)
     assert finished.stdout == "done\n", finished.stderr
     assert not (tmp_path / "evil").exists()
 
@@ -95,7 +95,7 @@ def test_module_in_the_working_folder_takes_no_place_of_the_servers(
     ("text", "code"), [("raise SystemExit(7)", 7), ("1 / 0", 1), ("raise KeyboardInterrupt", 130), ("", 0)]
 )
 def test_exit_code_is_the_scripts(folder: Path, text: str, code: int) -> None:
-    assert simx_run(folder, text, flags=("--server", "scene.xml")).returncode == code
+    assert simx_run(folder, text, flags=("--server", "scene.xml"), start=python).returncode == code
     assert (folder / "stopped.json").exists()
 
 
@@ -108,7 +108,7 @@ def test_threads_and_exit_functions_of_the_script_still_have_their_server(folder
         main_is_over = threading.Event()
         threading.Thread(target=lambda: (threading.main_thread().join(), check('thread'))).start()
     """
-    finished = simx_run(folder, text, flags=("--server", "scene.xml"))
+    finished = simx_run(folder, text, flags=("--server", "scene.xml"), start=python)
     assert finished.stdout.splitlines() == ["thread True False", "exit function True False"]
     assert (folder / "stopped.json").exists()
 
@@ -131,7 +131,7 @@ def test_a_server_that_fails_to_start_is_said_and_the_script_not_run(folder: Pat
     (folder / "simx_server" / "__main__.py").write_text(
         "import sys\nsys.stderr.write('no such scene\\n')\nsys.exit(2)\n"
     )
-    finished = simx_run(folder, "print('script')", flags=("--server", "none.xml"))
+    finished = simx_run(folder, "print('script')", flags=("--server", "none.xml"), start=python)
     assert finished.returncode == 1
     assert finished.stdout == ""
     assert finished.stderr == (
@@ -142,7 +142,7 @@ def test_a_server_that_fails_to_start_is_said_and_the_script_not_run(folder: Pat
 def test_a_server_that_is_never_ready_is_given_up_and_stopped(folder: Path) -> None:
     (folder / "simx_server" / "__main__.py").write_text(STAND_IN.replace("ready ", "waiting "))
     flags = ("--server", "scene.xml", "--server-timeout", "1")
-    finished = simx_run(folder, "print('script')", flags=flags)
+    finished = simx_run(folder, "print('script')", flags=flags, start=python)
     assert finished.returncode == 1
     assert finished.stdout == ""
     assert "not ready within 1 s" in finished.stderr
@@ -159,6 +159,6 @@ def test_a_server_that_ends_early_is_mentioned(folder: Path) -> None:
         # the launcher's only child: wait until it is gone without reaping it
         os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOWAIT)
     """
-    finished = simx_run(folder, text, flags=("--server", "scene.xml"))
+    finished = simx_run(folder, text, flags=("--server", "scene.xml"), start=python)
     assert finished.returncode == 0
     assert "simx-server had already exited with code 3" in finished.stderr

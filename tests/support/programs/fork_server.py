@@ -1,6 +1,7 @@
-"""Forks Python programs from a process that has imported what a server imports, which is most of a start.
+"""Forks Python programs from a process that has imported what they import, which is most of a start.
 
 The program of `forked.py`. Each request has the command line of `python`, and the standard streams of the process.
+Without arguments it forks servers. With one, the socket of a process that does, it forks scripts under simx-run.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
-from simx_server.sensors.opengl.mujoco_import import import_mujoco
+SUPPORT = Path(__file__).parents[1]
 
 LONGEST_REQUEST = 1 << 18
 """Bytes; a request holds all variables of the environment."""
@@ -33,7 +34,7 @@ MOST_DESCRIPTORS = 8
 ASIDE = 200
 """Descriptors from this number on are in nobody's way."""
 
-_MODULES = (
+_OF_SERVERS = (
     "lupa.lua54",
     "zenoh",
     "simx_server.app.fleet",
@@ -41,10 +42,16 @@ _MODULES = (
     "simx_server.sim_api.listing.coverage",
 )
 
+_OF_SCRIPTS = ("simx_client", "simx_client.launch.run", "zenoh")
+"""What simx-run and connections import, and nothing that a script could miss, such as NumPy."""
+
 
 def main() -> None:
     """Answer the requests at the socket that is standard input, until its other end closes."""
-    _import_server()
+    if len(sys.argv) > 1:
+        _import_client(int(sys.argv[1]))
+    else:
+        _import_server()
     gc.collect()
     gc.freeze()  # so that a collection does not copy the memory of all this into each process
     request = _wait_for_fork(socket.socket(fileno=os.dup(0)))
@@ -73,9 +80,26 @@ def _exit(code: int) -> None:
 def _import_server() -> None:
     """Import what a server imports while it starts, and the functions of scripts. No import starts a thread."""
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the server does
+    # Here, as the other kind must not have MuJoCo.
+    from simx_server.sensors.opengl.mujoco_import import import_mujoco
+
     import_mujoco()
-    for name in _MODULES:
+    for name in _OF_SERVERS:
         importlib.import_module(name)
+
+
+def _import_client(servers: int) -> None:
+    """Import what a script finds under simx-run. Its own server is forked by the process at the socket `servers`."""
+    for name in _OF_SCRIPTS:
+        importlib.import_module(name)
+    sys.path.append(str(SUPPORT))
+    import forked
+
+    from simx_client.launch import server
+
+    origin = forked.ForkServer(socket.socket(fileno=servers))
+    server.subprocess = forked.ServersSubprocess(origin)  # type: ignore[attr-defined]
+    sys.path.remove(str(SUPPORT))
 
 
 def _wait_for_fork(requests: socket.socket) -> dict[str, Any] | None:
