@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any, cast
 
-BEHAVIOUR = 8
+BEHAVIOUR = 9
 """Counts up when the same calls may lead to other states than before.
 
 2: imported meshes rest, a URDF's joints and contacts are as V-REP's importer made them, the joint force has V-REP's
@@ -28,6 +28,7 @@ scripts call other scripts where they want, ZeroMQ clients get texts of signals 
 lifted from below the floor, do not collide where links overlap, have the motors and frictions of their files, and
 damping and inertia of joints with light links that the physics can hold; scenes of Bullet 2.83 have its friction, and
 an operator's files that clients name are read beside the physics thread.
+9: a thread of a script that calls functions without end is left at the stop, in place of an error.
 """
 
 

@@ -102,8 +102,10 @@ class Function(Protocol):
 Plain = None | bool | int | float | bytes | str | list[Any] | tuple[Any, ...] | dict[Any, Any] | Function
 """A value that crosses the border; the server may also give a str for a string and a tuple for a list."""
 
-_LAST_SECONDS = 0.02
-"""Seconds for loops in a thread's last resumption, where a loop that waits for an event would wait in vain."""
+_LAST_SECONDS, _LAST_CALLS = 0.02, 0.2
+"""Seconds for loops and for calls of the API in a thread's last resumption, where a loop that waits for an event would
+wait in vain.
+"""
 
 
 @dataclass(slots=True)
@@ -119,8 +121,8 @@ class Switching:
     is_last: bool = False
     """The run ends and the thread is resumed for the last time: the code after its loop must not be interrupted."""
 
-    calls: int = 0
-    """Calls of the API by the thread, since its resumption."""
+    called: float = 0.0
+    """Seconds that calls of the API by the thread count as, since its resumption."""
 
     spent: float = 0.0
     """Processor seconds of waits for images, and of API functions with separate limits, during the present call into
@@ -134,8 +136,8 @@ class Switching:
         """Return whether a call by the thread switches; to be called once for each. `call_time`: seconds that one
         counts as.
         """
-        self.calls += 1
-        return not self.level and not self.is_last and self.calls * call_time > self.seconds
+        self.called += call_time
+        return not self.level and self.called > (_LAST_CALLS if self.is_last else self.seconds)
 
     def is_tired(self, seconds: float) -> bool:
         """Return whether a thread switches within a loop. `seconds`: time that its iterations since the resumption

@@ -221,8 +221,7 @@ class LuaInterpreter:
         if not self._depth:
             self._deadline = None
             switching = self._api.switching
-            switching.spent = switching.edited = 0.0
-            switching.calls = 0
+            switching.spent = switching.edited = switching.called = 0.0
             now = time.monotonic()
             self._serve_next, self._end_by = now + TIMEOUT, now + ENDING_LIMIT
         self._depth += 1

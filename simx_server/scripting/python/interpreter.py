@@ -199,7 +199,7 @@ class PythonInterpreter:
             raise ScriptError(self._process.ended)
         if not self._depth:
             self._process.begin()
-            self._api.switching.calls, self._api.switching.edited = 0, 0.0
+            self._api.switching.called = self._api.switching.edited = 0.0
         outer, self._in_thread = self._in_thread, in_thread
         self._depth += 1
         try:

@@ -199,6 +199,25 @@ def test_thread_goes_on_once_more_at_the_stop_and_then_ends() -> None:
         assert said(world) == ["cleaned up", "cleanup"]
 
 
+def test_a_thread_that_never_looks_whether_the_simulation_ends_is_left_at_the_stop(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    world = scripted(
+        {
+            "lua:base": f"""
+            function sysCall_thread()
+                while true do {"sim.getSimulationTime() " * 50} end
+            end
+            function sysCall_cleanup() print('cleanup') end
+            """
+        }
+    )
+    world.run(2)
+    world.sim.stop()
+    assert said(world) == ["cleanup"]
+    assert "took too long" not in caplog.text
+
+
 def test_error_in_a_thread_ends_its_script() -> None:
     world = scripted(
         {"lua:base": "function sysCall_thread()\n  sim.switchThread()\n  local x = nil + 1\nend"}
