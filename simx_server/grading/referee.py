@@ -146,6 +146,7 @@ def judge(task: Task, recording: Path, film: Path | None = None) -> Judgement:
             settings = opened.settings(Settings())
             world = open_world(settings, stack, lambda world, _: opened.attach(world))
             outputs = Settings(video=film, camera=task.camera, size=(640, 360))
+            _check_scene(task, world)
             _film(world, outputs, stack, opened.began)
             referee = Referee(task, world)
 
@@ -158,6 +159,17 @@ def judge(task: Task, recording: Path, film: Path | None = None) -> Judgement:
         except (CommandError, StartError) as problem:
             raise NotGraded(str(problem)) from None
         return referee.judgement()
+
+
+def _check_scene(task: Task, world: World) -> None:
+    """Raise NotGraded unless the world of a recording has all that the checks name."""
+    sight = WorldSight(world, is_strict=True)
+    sight.look()
+    for check in task.checks:
+        try:
+            check.timed.expression.evaluate(sight)
+        except CommandError as problem:
+            raise NotGraded(f"the recording is of another scene: {problem}") from None
 
 
 def _film(world: World, outputs: Settings, stack: ExitStack, began: int) -> None:

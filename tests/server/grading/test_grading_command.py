@@ -193,6 +193,12 @@ def test_a_file_that_is_no_recording_is_exit_code_1(task: Path, capsys: pytest.C
     assert "simx grade: " in capsys.readouterr().err
 
 
+def test_a_recording_of_another_scene_gives_no_points(task: Path, recording: Path) -> None:
+    task.write_text('scene = "two_link_arm"\n[[check]]\ncheck = \'never distance("tip", "target") < 0.01\'\n')
+    with pytest.raises(GradingFailed, match="is of another scene: no object named 'tip'"):
+        grade_recording(task, recording)
+
+
 def test_a_damaged_recording_gives_no_points_of_its_lost_part(
     task: Path, recording: Path, tmp_path: Path
 ) -> None:
