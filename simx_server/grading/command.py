@@ -91,7 +91,7 @@ def main(argv: Sequence[str] | None = None, program: str = "simx grade") -> int:
 
 def _grade(options: argparse.Namespace, program: str) -> int:
     from . import reports
-    from .grading import GradingFailed, Result, TaskError, grade, grade_recording
+    from .grading import GradingFailed, Result, TaskError, grade, grade_recording, write_new
     from .task.task import read_task
 
     def tell(names: tuple[str, ...], result: Result) -> None:
@@ -114,9 +114,12 @@ def _grade(options: argparse.Namespace, program: str) -> int:
                 told=told,
             )
         if options.output is not None:
-            _write(options.output / "results.json", json.dumps(reports.as_record(found), indent=1))
+            text = json.dumps(reports.as_record(found), indent=1)
+            write_new(options.output / "results.json", text + "\n")
         if options.gradescope is not None:
-            _write(options.gradescope, json.dumps(reports.as_gradescope(found), indent=1))
+            options.gradescope.parent.mkdir(parents=True, exist_ok=True)
+            text = json.dumps(reports.as_gradescope(found), indent=1)
+            options.gradescope.write_text(text + "\n", encoding="utf-8")
         if options.github:
             with open(os.environ["GITHUB_OUTPUT"], "a", encoding="utf-8") as stream:
                 stream.write(reports.as_github(found))
@@ -128,8 +131,3 @@ def _grade(options: argparse.Namespace, program: str) -> int:
     else:
         print("\n".join(reports.summary(found)))
     return DONE if found.is_full else MISSED
-
-
-def _write(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text + "\n", encoding="utf-8")

@@ -135,7 +135,7 @@ def _attempt(task: Task, file: Path, seed: int, kept: Path, private: Path, *, fi
         attempt = run_attempt(task.setting, file, seed, recording, private)
     except (StageFailed, NotConfined) as problem:
         raise GradingFailed(str(problem)) from None
-    (kept / f"seed-{seed}.txt").write_text(attempt.output, encoding="utf-8")
+    write_new(kept / f"seed-{seed}.txt", attempt.output)
     film = _film(kept, f"seed-{seed}") if films else None
     try:
         judgement = judge(task, recording, film)
@@ -145,6 +145,13 @@ def _attempt(task: Task, file: Path, seed: int, kept: Path, private: Path, *, fi
     except FilmFailed as problem:
         raise GradingFailed(str(problem)) from None
     return Result(seed, attempt, judgement, film)
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a file in place of one that is there: a link in a student's folder would lead anywhere."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.unlink(missing_ok=True)
+    path.write_text(text, encoding="utf-8")
 
 
 def _film(folder: Path | None, name: str) -> Path | None:
@@ -157,6 +164,8 @@ def _film(folder: Path | None, name: str) -> Path | None:
 
 def _check_program(file: Path, task: Task) -> None:
     """Raise GradingFailed for a file that cannot be a program of a task."""
+    if file.is_symlink():  # such as one to a solution
+        raise GradingFailed(f"{file} is a link; give the program itself")
     try:
         size = file.stat().st_size
     except OSError as problem:

@@ -188,6 +188,20 @@ def test_a_file_that_is_no_program_is_refused(task: Path, program: str, said: st
         grade(read_task(task), task.parent / program)
 
 
+def test_links_of_a_student_lead_nowhere(task: Path, recording: Path, tmp_path: Path) -> None:
+    (tmp_path / "solution.py").write_text("")
+    (tmp_path / "submission.py").symlink_to(tmp_path / "solution.py")
+    with pytest.raises(GradingFailed, match="is a link"):
+        grade(task, tmp_path / "submission.py")
+    mine = tmp_path / "mine"
+    mine.write_text("mine")
+    (tmp_path / "kept").mkdir()
+    (tmp_path / "kept" / "results.json").symlink_to(mine)
+    main([str(task), "--recording", str(recording), "--output", str(tmp_path / "kept")])
+    assert mine.read_text() == "mine"
+    assert json.loads((tmp_path / "kept" / "results.json").read_text())["points"] == 3.0
+
+
 def test_a_file_that_is_no_recording_is_exit_code_1(task: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(task), "--recording", str(task)]) == 1
     assert "simx grade: " in capsys.readouterr().err
