@@ -13,12 +13,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from importlib.metadata import entry_points
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 from simx_client.protocol.cli.exit_codes import DONE
 from simx_client.protocol.commands import TABLE, Command, Place
 
+from . import completion_scripts
 from .command_parser import SCRIPT, command_parser
+from .completion_words import FILE, FOLDER, Flag, Program, Value
 from .values.arguments import is_callable
 
 PROGRAMS = {
@@ -35,37 +37,7 @@ examples:
   source <(python -m simx_client completion zsh)      zsh, after compinit; ~/.zshrc for all to come
 """
 
-FILE, FOLDER = "file", "folder"
 _PATHS = {"FILE": FILE, "FILE.png": FILE, "SCRIPT": FILE, "SCENE": FILE, "ARGS": FILE, "FOLDER": FOLDER}
-
-
-class Value(NamedTuple):
-    """Words that are valid at one position of a command line."""
-
-    words: tuple[str, ...] = ()
-    path: str = ""
-    """FILE or FOLDER where a path is valid."""
-
-
-class Flag(NamedTuple):
-    """A flag in all its spellings."""
-
-    spellings: tuple[str, ...]
-    help: str
-    value: Value | None
-    """None: the flag takes no value."""
-
-
-class Program(NamedTuple):
-    """A program, or a command of it."""
-
-    name: str
-    flags: Sequence[Flag] = ()
-    value: Value = Value()
-    """Valid words without a dash."""
-
-    commands: Mapping[str, tuple[str, Program]] = MappingProxyType({})
-    """Name to help and flags."""
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -81,8 +53,6 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str]) -> int:
     """Print the script; return the exit code."""
-    from . import completion_scripts
-
     options = make_parser().parse_args(argv)
     lines = getattr(completion_scripts, options.shell)(programs())
     sys.stdout.writelines(f"{line}\n" for line in lines)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
-from .completion import FOLDER, Flag, Program, Value
+from .completion_words import FOLDER, Flag, Program, Value
 
 HEAD = "# made by: python -m simx_client completion {shell}"
 Words = Iterable[tuple[str, str]]
