@@ -63,7 +63,7 @@ class Surroundings:
         self.triangles = GeomTriangles(model, forms)
         self.bundles = Bundles(self.triangles, model.ngeom)
         self.lines = EdgeLines(self.triangles)
-        self.sights = Sights(self)
+        self.sights = Sights(scene, model, self.owners)
         self.detectable_points = DetectablePoints(scene)
         self.nearest_triangles: dict[tuple[int, int], tuple[int, int]] = {}
         """The nearest triangles of pairs of geoms when they were last measured: they are near still."""

@@ -15,7 +15,9 @@ from simx_server.scene.formats.annotations import Annotations
 from simx_server.scene.objects import ObjectKind
 
 if TYPE_CHECKING:
-    from .instant import Surroundings
+    import mujoco
+
+    from simx_server.scene.objects import Scene
 
 _Geoms = NDArray[np.bool_]
 
@@ -23,9 +25,10 @@ _Geoms = NDArray[np.bool_]
 class Sights:
     """The geoms of one model that sensors detect, with the present colours, groups and annotations."""
 
-    def __init__(self, surroundings: Surroundings) -> None:
-        self._surroundings = surroundings
-        self._scene, self._model = surroundings.scene, surroundings.model
+    def __init__(self, scene: Scene, model: mujoco.MjModel, owners: NDArray[np.int64]) -> None:
+        """Start for a model; `owners`: (ngeom,) handle of the shape that a geom belongs to, -1 for none."""
+        self._scene, self._model, self._owners = scene, model, owners
+        self._shapes = tuple(set(owners.tolist()) - {-1})
         self._looks: tuple[bytes, ...] | None = None
         """Groups, materials and colours for which the answers hold."""
         self._annotations: Annotations | None = None
@@ -55,10 +58,10 @@ class Sights:
         return found
 
     def _find(self, kind: str | None) -> _Geoms:
-        kinds = {handle: self._detectable_to(handle) for handle in self._surroundings.shapes}
+        kinds = {handle: self._detectable_to(handle) for handle in self._shapes}
         hidden = [handle for handle, to in kinds.items() if to is not None and not _is_met(to, kind)]
         declared = [handle for handle, to in kinds.items() if to is not None and _is_met(to, kind)]
-        owners, drawn = self._surroundings.owners, self._drawn()
+        owners, drawn = self._owners, self._drawn()
         found = drawn & self._is_opaque()
         if declared:
             of_declared = np.isin(owners, declared)
