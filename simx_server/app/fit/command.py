@@ -151,7 +151,7 @@ def _fit(options: argparse.Namespace, folder: Path) -> tuple[list[Free], Run, Ou
             print(line, file=sys.stderr)
 
     problem = Problem(recording, target, free, chosen=chosen, report=report)
-    return free, target, fit(problem, free, most_iterations=options.iterations), problem.first
+    return free, problem.moving, fit(problem, free, most_iterations=options.iterations), problem.first
 
 
 def save(scene: str, target: Path, free: Sequence[Free], values: Sequence[float]) -> None:

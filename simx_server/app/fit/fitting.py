@@ -90,6 +90,9 @@ class Problem:
         """
         self._recording, self._free, self._chosen, self._report = recording, free, chosen, report
         quantities = [each for each, series in target.series.items() if _range(series) > STILL]
+        self.moving = Run({each: target.series[each] for each in quantities})
+        """The part of the recorded run that says something."""
+
         self.first = replayed(recording, quantities, chosen=chosen)
         self._targets: dict[Quantity, Series] = {}
         for quantity in sorted(self.first.series.keys() & set(quantities)):
