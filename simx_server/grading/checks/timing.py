@@ -74,6 +74,9 @@ class Verdict:
         self._timed = timed
         self._is_met: bool | None = {"always": True, "never": True}.get(timed.mode)
         self._last: bool | None = None
+        self._has_come = False
+        """There was a step in the time in which the expression counts."""
+
         self._since: float | None = None
         self._when: float | None = None
         """Seconds of the step that decided it."""
@@ -88,6 +91,7 @@ class Verdict:
         if not timed.begin - _ROUNDING <= now <= timed.end + _ROUNDING:
             self._since = None
             return
+        self._has_come = True
         if timed.mode == "once":
             self._look_for_once(now, is_true)
         elif self._is_met and is_true is (timed.mode == "never"):
@@ -104,10 +108,10 @@ class Verdict:
 
     @property
     def is_met(self) -> bool:
-        """Return the result, at the end of the run; a run without a step has met nothing."""
-        if self._last is None:
-            return False
-        return bool(self._last if self._timed.mode == "end" else self._is_met)
+        """Return the result, at the end of the run; a run without a step in the time that counts has met nothing."""
+        if self._timed.mode == "end":
+            return bool(self._last)
+        return bool(self._is_met) and self._has_come
 
     def __str__(self) -> str:
         """Return the reason in words."""
@@ -115,6 +119,8 @@ class Verdict:
             return "the simulation was never started"
         if self._timed.mode == "end":
             return "true at the end" if self._last else "not true at the end"
+        if not self._has_come:
+            return "no simulation step was in that time"
         if self._when is not None:
             return f"{'true' if self.is_met else 'violated'} at {self._when:.2f} s"
         return "always kept" if self.is_met else "never true in that time"

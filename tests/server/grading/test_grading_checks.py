@@ -123,6 +123,8 @@ RISING = [(0.1 * step, float(step)) for step in range(1, 11)]  # height 1 to 10 
         ("always z('a') < 10", False),
         ("always z('a') < 10 before 0.9", True),
         ("always z('a') > 4 after 0.5", True),
+        ("always z('a') > 4 after 2", False),  # the run is over before
+        ("never z('a') > 4 after 2", False),
         ("never z('a') > 10", True),
         ("never z('a') == 4", False),
     ],
