@@ -35,9 +35,10 @@ class Randomize:
         })
 
     A name is ``OBJECT.PROPERTY``. Properties are the numbers of ``sim.setProperty`` and of ``docs/gym.md``: ``mass``
-    (kg), ``friction``, ``position`` (m), ``euler_angles`` (rad), ``quaternion`` (x, y, z, w) and ``pose`` (both) in the
-    world's frame, ``color`` (0 to 1), ``view_angle`` (rad). Values are drawn in the order of the names, so equal seeds
-    give equal numbers. Those that are set while a run lasts hold until it stops.
+    (kg), ``friction``, ``damping`` of a joint (N m s/rad or N s/m), ``position`` (m), ``euler_angles`` (rad),
+    ``quaternion`` (x, y, z, w) and ``pose`` (both) in the world's frame, ``color`` (0 to 1), ``view_angle`` (rad).
+    Values are drawn in the order of the names, so equal seeds give equal numbers. Those that are set while a run lasts
+    hold until it stops.
     """
 
     def __init__(self, values: Mapping[str, Value]) -> None:

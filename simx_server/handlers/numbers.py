@@ -8,6 +8,8 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, cast
 
+import mujoco
+
 from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import CommandError
 from simx_server.scene.objects import ObjectKind
@@ -31,6 +33,8 @@ SHORT = MappingProxyType(
 
 _FRICTION, _FRICTIONS = "friction", "mujoco.friction"
 """The first number of the second one: sliding friction."""
+
+_DAMPING = "damping"
 
 _FAMILIES = ("float", "int", "bool", "floats", "ints")
 
@@ -62,7 +66,35 @@ def _numbers_of(kind: ObjectKind) -> Mapping[str, Property]:
     found |= {short: properties[name] for short, name in SHORT.items() if name in found}
     if _FRICTIONS in found:
         found[_FRICTION] = _first_of(found[_FRICTIONS])
+    if kind == ObjectKind.JOINT:
+        found[_DAMPING] = _damping()
     return found
+
+
+def _damping() -> Property:
+    """Return the damping of a joint that the scene moves: N m s/rad, or N s/m."""
+    from simx_server.sim_api.properties.entry import Property
+    from simx_server.sim_api.properties.property_types import FLOAT
+
+    def dof(world: World, handle: int) -> int:
+        item = world.simulation.scene.get(handle)
+        if item.element != "joint":
+            raise CommandError(f"'{item.name}' is moved by no joint of the engine, and has no damping")
+        return int(world.simulation.model.jnt_dofadr[item.id])
+
+    def read(world: World, handle: int) -> float:
+        return float(world.simulation.model.dof_damping[dof(world, handle)])
+
+    def write(world: World, handle: int, value: float) -> None:
+        if value < 0:
+            raise CommandError(f"a damping must not be below 0, it is {value}")
+        sim = world.simulation
+        first = dof(world, handle)
+        count = 3 if sim.model.jnt_type[sim.scene.get(handle).id] == mujoco.mjtJoint.mjJNT_BALL else 1
+        sim.model.dof_damping[first : first + count] = value
+        sim.model_edited()
+
+    return Property(_DAMPING, FLOAT, read, write)
 
 
 def _first_of(several: Property) -> Property:

@@ -105,7 +105,7 @@ def carry_over(
     differs |= _carry_highlights(old_model, new_model)
     differs |= not _are_equal(option_values(old_model.opt), option_values(new_model.opt))
     new_model.opt = old_model.opt
-    _carry_joints(old_model, old_data, new_model, new_data, *twins.pairs("jnt", copies))
+    differs |= _carry_joints(old_model, old_data, new_model, new_data, *twins.pairs("jnt", copies))
     _carry_bodies(old_model, old_data, new_model, new_data, twins, placed.get("body_", ()), copies)
     _carry_actuators(old_model, old_data, new_model, new_data, *twins.pairs("actuator", copies))
     old, new = twins.pairs("eq", copies)
@@ -158,15 +158,20 @@ def _are_equal(options: dict[str, Any], others: dict[str, Any]) -> bool:
 
 def _carry_joints(
     old_model: Any, old_data: Any, new_model: Any, new_data: Any, old: np.ndarray, new: np.ndarray
-) -> None:
+) -> bool:
+    """Carry the state of joints and their damping; return whether this differs from the compiled one."""
     if not len(old):
-        return
+        return False
     kinds = old_model.jnt_type[old]
     source, target = _runs(old_model.jnt_qposadr[old], new_model.jnt_qposadr[new], _POSITIONS[kinds])
     new_data.qpos[target] = old_data.qpos[source]
     source, target = _runs(old_model.jnt_dofadr[old], new_model.jnt_dofadr[new], _DOFS[kinds])
     for name in ("qvel", "qacc_warmstart", "qfrc_applied"):
         getattr(new_data, name)[target] = getattr(old_data, name)[source]
+    differs = not np.array_equal(new_model.dof_damping[target], old_model.dof_damping[source])
+    if differs:
+        new_model.dof_damping[target] = old_model.dof_damping[source]
+    return differs
 
 
 def _carry_bodies(

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import simx_client as v
 from simx_client.calls.marshalling import Marshal
 from simx_client.client import Client
 from simx_client.client.worlds import Worlds
-from simx_client.errors import RemoteError
+from simx_client.errors import CallsFailed, RemoteError
 from simx_client.protocol.commands import ANSWERED
 from simx_client.randomization import Choice, LogUniform, Normal, Randomize, Scale, Shift, Uniform
 
@@ -23,6 +24,9 @@ SCENE = """
     <geom name="floor" type="plane" size="2 2 .1"/>
     <body name="cube" pos="0 0 0.05"><freejoint/>
       <geom type="box" size=".05 .05 .05" mass="0.1" rgba="1 0 0 1"/>
+    </body>
+    <body name="door" pos="1 1 0.5"><joint name="hinge" axis="1 0 0"/>
+      <geom type="box" size=".02 .2 .3" pos="0 .2 0" mass="1"/>
     </body>
   </worldbody>
 </mujoco>
@@ -37,6 +41,7 @@ EVERYTHING = Randomize(
         "lamp.color": Choice((1, 1, 1), (1, 0, 0)),
         "cube.pose": (0.1, 0.2, 0.05, 0, 0, 0, 1),
         "eye.view_angle": Scale(Uniform(0.9, 1.1)),
+        "hinge.damping": Uniform(0.1, 0.5),
     }
 )
 
@@ -90,6 +95,23 @@ def test_the_stop_restores_what_was_set_while_a_run_lasted(client: Client) -> No
     assert numbers(client, "cube.mass") == pytest.approx([0.7])
     client.simulation.stop()
     assert (numbers(client, "cube.mass"), numbers(client, "floor.friction")) == before
+
+
+def test_the_damping_of_a_joint_brakes_it_and_outlives_edits(scene: Path) -> None:
+    fallen = []
+    for damping in (0.0, 2.0):
+        with Client.embedded(scene) as client:
+            Randomize({"hinge.damping": damping}).apply(client, 1)
+            copied = v.simxCopyPasteObjects(client.id, [client.object("cube").handle], v.simx_opmode_blocking)
+            assert copied[0] == v.simx_return_ok  # this compiles a new model
+            assert numbers(client, "hinge.damping") == [damping]
+            with client.stepping() as step:
+                for _ in range(5):
+                    step()
+                fallen.append(abs(client.joint("hinge").position))
+            with pytest.raises(CallsFailed, match="must not be below 0"):
+                Randomize({"hinge.damping": -1.0}).apply(client, 1)
+    assert fallen[0] > 2 * fallen[1] > 0
 
 
 @pytest.mark.parametrize(

@@ -75,6 +75,7 @@ def settle(
     settling = _Settling(spec, compiled, model, moved)
     settling.set_plain(withheld)
     settling.set_limits()
+    settling.set_damping()
     settling.set_poses()
     settling.set_bodies(weightless)
     settling.set_numerics()
@@ -140,6 +141,15 @@ class _Settling:
             frame = inverse(_frame(element))
             element.pos[:] = compose(frame, (_vector(self._model.jnt_pos[index]), IDENTITY[1]))[0]
             element.axis[:] = rotate(frame[1], _vector(self._model.jnt_axis[index]))
+
+    def set_damping(self) -> None:
+        here, there = self._twins.pairs("jnt")
+        wanted = self._model.dof_damping[self._model.jnt_dofadr[here]]
+        differs = wanted != self._compiled.dof_damping[self._compiled.jnt_dofadr[there]]
+        names = self._twins.new.of("jnt")
+        for twin, value in zip(there[differs].tolist(), wanted[differs].tolist(), strict=True):
+            self._spec.joint(names[twin]).damping[0] = value
+            self.has_changed = True
 
     def set_poses(self) -> None:
         for kind, (_, turn) in _POSED.items():

@@ -44,7 +44,7 @@ def test_poses_within_frames_and_of_meshes_are_settled() -> None:
     model.light_dir[:] = (0.6, 0, 0.8)
     model.light_attenuation[:], model.light_castshadow[:] = (0.5, 0.25, 0.125), False
     model.jnt_pos[:], model.jnt_axis[:] = (0.3, 0.4, 0), (0.6, 0, 0.8)
-    model.jnt_range[:] = (-0.5, 2)
+    model.jnt_range[:], model.dof_damping[:] = (-0.5, 2), 0.75
     model.geom_rgba[:], model.geom_size[0] = (0.25, 0.5, 0.75, 1), (0.5, 0.25, 0.125)
     mass = model.body_mass.copy()
     model.body_mass[1], model.body_inertia[1] = 3, (0.5, 0.4, 0.3)
@@ -69,6 +69,7 @@ def test_poses_within_frames_and_of_meshes_are_settled() -> None:
         "jnt_pos",
         "jnt_axis",
         "jnt_range",
+        "dof_damping",
     ):
         assert np.allclose(getattr(found, name), getattr(model, name), atol=1e-12), name
     for name in ("geom_rgba", "geom_size", "body_mass", "body_inertia", "body_ipos"):

@@ -24,7 +24,7 @@ from simx_server.scene.formats.vrep.decoding.joints import (
 )
 from simx_server.scene.formats.vrep.objects import JointType
 
-from ..field import Field, Fields, Handle, Writing
+from ..field import Field, Fields, Handle, NotInVrepFiles, Writing
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.vrep.writing.object_records import ObjectRecords
@@ -137,6 +137,17 @@ def _put_lock(records: ObjectRecords, is_locked: bool, _writing: Writing) -> Non
     records.own.put_bits("Vaa", LOCK, LOCK if is_locked else 0)
 
 
+def _damping(world: World, handle: int) -> float:
+    sim = world.simulation
+    item = sim.scene.get(handle)
+    return float(sim.model.dof_damping[sim.model.jnt_dofadr[item.id]]) if item.element == "joint" else 0.0
+
+
+def _put_damping(_records: ObjectRecords, damping: float, _writing: Writing) -> None:
+    if damping:
+        raise NotInVrepFiles("the damping of a joint")
+
+
 def _of_state(name: str, *more: str) -> Callable[[World, int], Any]:
     """Return the reader of one attribute of the settings, or of several as a tuple."""
 
@@ -168,6 +179,7 @@ JOINTS: Fields = {
     ),
     "limits of motion": Field(_of_state("upper_velocity", "acceleration", "jerk"), _put_limits_of_motion),
     "P, I and D": Field(_of_state("p", "i", "d"), _put_pid),
+    "damping": Field(_damping, _put_damping),
     "dependency": Field(_dependency, _put_dependency),
     "weight in inverse kinematics": Field(
         lambda world, handle: world.simulation.joints.ik_weight(handle),

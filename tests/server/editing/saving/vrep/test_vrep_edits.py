@@ -17,6 +17,7 @@ from simx_client.protocol import constants as c
 from simx_server.editing.saving.forms import scene_files
 from simx_server.editing.saving.vrep.document import vrep_model
 from simx_server.editing.saving.vrep.field import NotInVrepFiles
+from simx_server.handlers.numbers import write_numbers
 from simx_server.handlers.saving import save_model, save_scene
 from simx_server.scene.formats.archives.archive import is_archive_file
 from simx_server.scene.formats.vrep.recognising import is_vrep_file
@@ -270,6 +271,14 @@ def test_a_form_that_is_not_written_makes_an_archive_and_the_log_says_why(
         save_scene(world.parts, "more.ttt")
     assert is_archive_file(folder / "more.ttt")
     assert "cannot have margins from the limits of joints of the group" in caplog.text
+
+
+def test_the_damping_of_a_joint_is_not_in_such_files(tmp_path: Path) -> None:
+    world = VrepWorld(arm_file(tmp_path / "arm.ttt", 25))
+    assert world.saved()
+    write_numbers(world.parts, handle(world, "shoulder"), "damping", [0.5])
+    with pytest.raises(NotInVrepFiles, match="the damping of a joint"):
+        world.saved()
 
 
 def test_other_endings_are_other_forms(world: VrepWorld) -> None:
