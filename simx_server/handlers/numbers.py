@@ -35,6 +35,7 @@ _FRICTION, _FRICTIONS = "friction", "mujoco.friction"
 """The first number of the second one: sliding friction."""
 
 _DAMPING = "damping"
+_BALL = int(mujoco.mjtJoint.mjJNT_BALL)
 
 _FAMILIES = ("float", "int", "bool", "floats", "ints")
 
@@ -90,7 +91,7 @@ def _damping() -> Property:
             raise CommandError(f"a damping must not be below 0, it is {value}")
         sim = world.simulation
         first = dof(world, handle)
-        count = 3 if sim.model.jnt_type[sim.scene.get(handle).id] == mujoco.mjtJoint.mjJNT_BALL else 1
+        count = 3 if sim.model.jnt_type[sim.scene.get(handle).id] == _BALL else 1
         sim.model.dof_damping[first : first + count] = value
         sim.model_edited()
 
