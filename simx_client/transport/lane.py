@@ -44,7 +44,7 @@ logger = logging.getLogger(__name__)
 VARIABLE = "SIMX_LOCAL"
 """0 leaves everything to Zenoh."""
 
-CONNECT_TIMEOUT = 0.5
+CONNECT_TIMEOUT = 2.0
 """Time-out in seconds for the server to answer at the socket; after that all messages travel over Zenoh."""
 
 VALUES = 0

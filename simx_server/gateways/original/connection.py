@@ -347,7 +347,7 @@ class Connection(Link):
         with self._lock:
             self._stream = stream
 
-    def publish_image(self, stream_id: int, delivery: Delivery) -> None:
+    def publish_image(self, stream_id: int, delivery: Delivery, *, in_order: bool) -> None:
         """Keep the newest image of a stream."""
         with self._lock:
             self._images[stream_id] = delivery

@@ -17,6 +17,7 @@ from simx_client.protocol.codec import CodecError, decode_greeting, encode
 from simx_client.protocol.messages import (
     OLDEST_PROTOCOL,
     PROTOCOL_VERSION,
+    Delivery,
     Status,
     Welcome,
     choose_version,
@@ -471,6 +472,12 @@ class ZenohLink(PackingLink):
 
     def put_values(self, payload: bytes) -> None:
         self._put(self._stream.put, payload)
+
+    def publish_image(self, stream_id: int, delivery: Delivery, *, in_order: bool) -> None:
+        if in_order:  # on another key a later reply may overtake it
+            self.deliver(delivery)
+        else:
+            super().publish_image(stream_id, delivery, in_order=in_order)
 
     def put_image(self, stream_id: int, payload: bytes) -> None:
         key = keys.image(self._realm, self._client, stream_id)

@@ -20,8 +20,12 @@ class Link:
     def publish(self, values: NewestValues) -> None:
         """Send the newest values of all small streams; a slow client may miss some. Physics thread."""
 
-    def publish_image(self, stream_id: int, delivery: Delivery) -> None:
-        """Send the newest image of one stream; a slow client may miss some."""
+    def publish_image(self, stream_id: int, delivery: Delivery, *, in_order: bool) -> None:
+        """Send the newest image of one stream; a slow client may miss some.
+
+        Args:
+            in_order: the client steps: it must have the image when it gets the replies that are sent later.
+        """
 
     def close(self) -> None:
         """Send nothing any more."""
@@ -37,7 +41,7 @@ class PackingLink(Link):
         if payload := values.packed():
             self.put_values(payload)
 
-    def publish_image(self, stream_id: int, delivery: Delivery) -> None:
+    def publish_image(self, stream_id: int, delivery: Delivery, *, in_order: bool) -> None:
         self.put_image(stream_id, encode(delivery))
 
     def put_replies(self, payload: bytes) -> None:

@@ -172,6 +172,7 @@ class Publisher:
     ) -> None:
         """Compute the streams that are not shared and due; send at once what must not be lost."""
         streams = session.streams
+        version = self._simulation.version, self._simulation.model_version
         tally = self._executor.tally()
         taken: list[Reply] = []
         has_begun = False
@@ -179,6 +180,8 @@ class Publisher:
             command = stream.command
             if has_begun and time.perf_counter() >= until:
                 streams.next_single = streams.next_single or stream.stream_id
+            elif session.is_stepping and stream.sent_version == version:
+                continue  # nothing has changed since the step
             elif stream.is_due(now, every_image=every_image):
                 has_begun = True
                 question = stream.question()
@@ -188,8 +191,11 @@ class Publisher:
                     answer = self._executor.execute(session, tally, command, work)
                     answers.put(question, answer)
                 if isinstance(answer, Future):
-                    stream.pending, stream.last = answer, None
-                    answer.add_done_callback(partial(self._publish_image, session, stream.stream_id, time_ms))
+                    published: Future[None] = Future()
+                    stream.pending, stream.last = published, None
+                    stream.sent_version = version if every_image else None
+                    publish = partial(self._publish_image, session, stream.stream_id, time_ms, published)
+                    answer.add_done_callback(publish)
                     continue
                 status, values = answer
                 if command.takes_what_it_reads:
@@ -256,8 +262,16 @@ class Publisher:
         return value.packed
 
     def _publish_image(
-        self, session: ClientSession, stream_id: int, time_ms: int, done: Future[Answer]
+        self,
+        session: ClientSession,
+        stream_id: int,
+        time_ms: int,
+        published: Future[None],
+        done: Future[Answer],
     ) -> None:
-        status, values = done.result()
-        reply = Reply(stream_id, status, time_ms, values)
-        session.link.publish_image(stream_id, self._messages.delivery(session, [reply]))
+        try:
+            status, values = done.result()
+            delivery = self._messages.delivery(session, [Reply(stream_id, status, time_ms, values)])
+            session.link.publish_image(stream_id, delivery, in_order=session.is_stepping)
+        finally:
+            published.set_result(None)

@@ -9,7 +9,7 @@ rendered.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any
@@ -74,7 +74,10 @@ class Stream:
     """The newest answer of a stream that is not shared."""
 
     pending: Future[Any] | None = None
-    """An image that is being rendered: until it is done, no other is requested."""
+    """Done when the image that is being rendered has been sent: until then, no other is requested."""
+
+    sent_version: Hashable = None
+    """Version of the scene of which a client that steps has the image."""
 
     @property
     def value(self) -> Value | None:

@@ -26,6 +26,9 @@ class Listener(Link):
     def publish(self, values: NewestValues) -> None:
         self.heard.append((-1, []))
 
+    def publish_image(self, stream_id: int, delivery: Delivery, *, in_order: bool) -> None:
+        self.heard.append((-2 if in_order else -3, [stream_id]))
+
 
 def answered(delivery: Delivery) -> list[int]:
     """The calls that replies are about: each one, or as many as it says."""
@@ -427,3 +430,28 @@ def test_what_was_done_is_answered_before_the_engine_ends(world):
     _send(world, "one", 1, _set(1))
     world.loop.run()
     assert link.heard == [(1, [1])]
+
+
+def test_the_image_of_a_step_reaches_a_client_that_steps_in_order_and_once(world):
+    link = _join(world, "one")
+    stream = Call(1, Operation.STREAM, 0, "simxGetVisionSensorImage", [1, 0])
+    world.loop.service.queue.submit("one", BatchWork(encode(Batch(1, 0, [stream]))))
+    world.settle()
+    pictures, image = world.simulation.pictures, ([1, 1], bytes([1, 1, 1]))
+    pictures[0].set_result(image)
+    _send(world, "one", 2, (2, "simxSynchronous", [True]), (3, "simxStartSimulation", []))
+    world.settle()
+    while len(pictures) > 1 and not pictures[-1].done():
+        pictures[-1].set_result(image)
+    link.heard.clear()
+    count = len(pictures)
+    _send(world, "one", 3, (4, "simxSynchronousTrigger", []))
+    world.settle()
+    assert len(pictures) == count + 1
+    assert link.heard == []
+    pictures[-1].set_result(image)
+    world.settle()
+    assert link.heard == [(-2, [1]), (3, [4])]
+    for _ in range(3):
+        world.loop.turn(max_wait=1.0)
+    assert len(pictures) == count + 1

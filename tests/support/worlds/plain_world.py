@@ -33,6 +33,7 @@ class PlainSimulation:
         self.state = SimulationState.STOPPED
         self.time_step = 0.05
         self.passes = 0
+        self.version = self.model_version = 0
         self.scene_id = 1
         self.limits = Limits()
         self.parameters = SimpleNamespace(error_report_mode=1)
@@ -87,6 +88,7 @@ class PlainSimulation:
 
     def step(self) -> None:
         self.passes += 1
+        self.version += 1
         self.log.append(("pass", self.passes))
 
 
