@@ -44,6 +44,10 @@ _KNOCK_TIMEOUT = 0.5
 """Time-out in seconds."""
 
 
+_NO_SHARED_MEMORY = "shm segment"
+"""Part of Zenoh's error where this user may make no shared memory, or none is left: in some containers and jails."""
+
+
 class Unanswered(OSError):
     """A port accepts connections and sends nothing in time."""
 
@@ -51,14 +55,26 @@ class Unanswered(OSError):
 def open_session(zenoh: Any, options: Mapping[str, Any], defaults: Mapping[str, Any]) -> Any:
     """Open a session with these options. `defaults` apply where the user's file sets no value.
 
+    Shared memory makes large images faster. On a machine without it the session opens without it.
+
     Raises:
         zenoh.ZError: no session could be opened.
         ConnectionFailed: the file of ``SIMX_CONFIG`` or the text of ``SIMX_LOGIN`` cannot be used.
     """
+    try:
+        return zenoh.open(_configuration(zenoh, options, defaults))
+    except zenoh.ZError as error:
+        if _NO_SHARED_MEMORY not in str(error):
+            raise
+    without = {**options, "transport/shared_memory/enabled": False}
+    return zenoh.open(_configuration(zenoh, without, defaults))
+
+
+def _configuration(zenoh: Any, options: Mapping[str, Any], defaults: Mapping[str, Any]) -> Any:
     options = {**options, **_login()}
     file = config_file()
     if file is None:
-        return zenoh.open(link.configure(zenoh.Config(), {**defaults, **options}))
+        return link.configure(zenoh.Config(), {**defaults, **options})
     try:
         config = link.configured_by(zenoh, file, defaults)
     except zenoh.ZError as error:
@@ -66,7 +82,7 @@ def open_session(zenoh: Any, options: Mapping[str, Any], defaults: Mapping[str, 
             f"{CONFIG_VARIABLE}: {file} is no Zenoh configuration: {link.reason(error)}"
         ) from None
     # With a file made for a server every client would listen.
-    return zenoh.open(link.configure(config, {**options, "listen/endpoints": []}))
+    return link.configure(config, {**options, "listen/endpoints": []})
 
 
 def config_file() -> Path | None:

@@ -244,6 +244,18 @@ def test_a_program_may_connect_more_often_than_it_may_have_open_files():
             assert read_line(process).strip() == "{(0, None)}"
 
 
+def test_a_program_that_may_make_no_shared_memory_connects_without():
+    with plain_server() as (_, port):
+        no_memory = (
+            "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)",
+            "v.simxFinish(0); resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))",
+            f"print(v.simxStart('127.0.0.1', {port}, True, True, 5000, 5), flush=True)",
+            "print(v.simxGetJointPosition(0, 1, v.simx_opmode_blocking), flush=True)",
+        )
+        with script(port, *no_memory) as process:
+            assert [read_line(process).strip() for _ in range(2)] == ["0", "(0, 0.0)"]
+
+
 def test_ctrl_c_while_connecting_leaves_no_client_behind(monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
