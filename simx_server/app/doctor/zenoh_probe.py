@@ -23,13 +23,13 @@ def main() -> int:
         place.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{place.getsockname()[1]}"
     ends = (
-        {"mode": "peer", "listen/endpoints": [endpoint]},
-        {"mode": "client", "connect/endpoints": [endpoint]},
+        {**link.SERVER, "mode": "peer", "listen/endpoints": [endpoint]},
+        {"mode": "client", "connect/endpoints": [endpoint], "transport/shared_memory/enabled": False},
     )
     try:
         with (
-            zenoh.open(link.configure(zenoh.Config(), {**link.COMMON, **ends[0]})) as answering,
-            zenoh.open(link.configure(zenoh.Config(), {**link.COMMON, **ends[1]})) as asking,
+            zenoh.open(link.configure(zenoh.Config(), ends[0])) as answering,
+            zenoh.open(link.configure(zenoh.Config(), {**link.CLIENT, **ends[1]})) as asking,
         ):
             queryable = answering.declare_queryable(KEY, _answer)
             times = [_ask(asking) for _ in range(QUESTIONS)]

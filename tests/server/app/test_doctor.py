@@ -202,6 +202,16 @@ def test_a_probe_may_end_in_any_way(
         run_probe("some.module", timeout=1)
 
 
+def test_zenoh_talks_where_no_shared_memory_may_be_made() -> None:
+    program = (
+        "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))\n"
+        "from simx_server.app.doctor.zenoh_probe import main; raise SystemExit(main())"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_silent_zenoh_is_a_problem(monkeypatch: pytest.MonkeyPatch) -> None:
     def silent(*_: object, **__: object) -> dict[str, Any]:
         raise ProbeFailed("no answer within 5 s")
