@@ -41,6 +41,13 @@ def modules(tree: Path, hook: ModuleType) -> list[Path]:
     return [path for source in hook.SOURCES if (path := tree / hook.module_of(source)).exists()]
 
 
+def test_every_source_in_c_is_compiled(hook: ModuleType) -> None:
+    """`packages/check_dist.py` counts the sources of the tree."""
+    assert sorted(hook.SOURCES) == sorted(
+        path.relative_to(ROOT) for path in ROOT.glob("simx_server/**/native/*.c")
+    )
+
+
 def test_the_modules_are_compiled_for_the_installed_mujoco(tree: Path, hook: ModuleType) -> None:
     if hook.find_compiler() is None or not Path(hook.sysconfig.get_path("include"), "Python.h").exists():
         pytest.skip("no C compiler or no headers of Python: apt-get install gcc python3-dev")
