@@ -75,12 +75,14 @@ class Report:
             self.credits.append(plain)
 
     def as_text(self) -> str:
-        """Return the whole report for people, a section per kind of note; sections without notes are left out."""
+        """Return the whole report for people, a section per kind of note that there is."""
         program = f", saved by version {self.version}" if self.version else ""
         sections = [f"{self.file}{program}: {_counted(self.objects)}"]
         for title, notes in (("approximated", self.approximated), ("left out", self.left_out)):
             if notes:
                 sections.append(_section(title, [_line(*note) for note in notes.items()]))
+        if not (self.approximated or self.left_out or self.faults or self.skipped):
+            sections.append("nothing is approximated or left out")
         if self.faults:
             sections.append(_section("faults in the file", self.faults))
         if self.skipped:

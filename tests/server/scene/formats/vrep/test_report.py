@@ -57,7 +57,8 @@ def test_the_text_has_a_section_for_each_kind_of_note() -> None:
 
 def test_sections_without_notes_are_left_out() -> None:
     report = Report("plant.ttt", needs={"arm": needs_of("")})
-    assert report.as_text() == "plant.ttt: no objects\n\nscripts: 1, without a missing function"
+    nothing = "nothing is approximated or left out"
+    assert report.as_text() == f"plant.ttt: no objects\n\n{nothing}\n\nscripts: 1, without a missing function"
 
 
 def test_faults_and_unread_records_of_the_file_are_in_the_report() -> None:
@@ -66,6 +67,7 @@ def test_faults_and_unread_records_of_the_file_are_in_the_report() -> None:
     writer.records.append(chunk("QQQ", b"EOO"))
     _, report, _ = open_vrep(writer.bytes(), "odd.ttt")
     text = report.as_text()
+    assert "nothing is" not in text
     assert "faults in the file:\n  record 'Sts'" in text
     assert "records that are not read: 1 QQQ" in text
     assert "faults in the file: 1" in report.summary()
