@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from processes import ROOT
+from statements import statements
 
 PACKAGES = ("simx_client", "simx_server")
 MOST_FILES = 15
@@ -43,7 +44,7 @@ def imports(module: str) -> frozenset[str]:
     path = modules()[module]
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):

@@ -9,6 +9,7 @@ import types
 from pathlib import Path
 
 import pytest
+from statements import statements
 
 import simx_client
 from simx_client.legacy import local, stubs
@@ -94,7 +95,7 @@ def test_importing_the_client_loads_neither_mujoco_nor_cv2_nor_numpy_nor_zenoh()
 
 def _imports(path: Path) -> set[str]:
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):

@@ -152,6 +152,8 @@ def comments(source: str) -> Iterator[tuple[str, int]]:
     """Yield the comments of a module with their lines; those of adjacent lines as one text."""
     block: list[str] = []
     last = 0
+    if "#" not in source:  # tokens take longer than everything else
+        return
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type != tokenize.COMMENT:
             continue

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ast
+import gc
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
 import mujoco
 import pytest
+from statements import statements
 
 ROOT = Path(__file__).parents[2]
 PRODUCT = ("simx_server", "simx_client")
@@ -16,18 +18,34 @@ RECORDS = {"NamedTuple", "Protocol", "TypedDict"}
 
 
 def files() -> dict[Path, ast.Module]:
-    return {
-        path: ast.parse(path.read_text("utf-8"))
-        for folder in PRODUCT
-        for path in sorted((ROOT / folder).rglob("*.py"))
-    }
+    gc.disable()  # it would search these trees again and again, which takes longer than to make them
+    try:
+        return {
+            path: ast.parse(path.read_text("utf-8"))
+            for folder in PRODUCT
+            for path in sorted((ROOT / folder).rglob("*.py"))
+        }
+    finally:
+        gc.enable()
 
 
 def assigned(tree: ast.AST) -> Iterator[ast.Attribute]:
-    """Every attribute that is assigned, also as one of several."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
-            yield node
+    """Every attribute that a statement assigns, also as one of several."""
+    for statement in statements(tree):
+        for target in targets(statement):
+            for node in ast.walk(target):
+                if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+                    yield node
+
+
+def targets(statement: ast.AST) -> list[ast.expr]:
+    """Return the targets of a statement: `=`, `+=`, with an annotation, `for`, `with`."""
+    if isinstance(statement, ast.Assign):
+        return statement.targets
+    if isinstance(statement, ast.With | ast.AsyncWith):
+        return [each.optional_vars for each in statement.items if each.optional_vars is not None]
+    target = getattr(statement, "target", None)
+    return [] if target is None else [target]
 
 
 def is_own(attribute: ast.Attribute) -> bool:
@@ -58,20 +76,19 @@ def from_outside(trees: dict[Path, ast.Module]) -> list[str]:
     folders: defaultdict[str, set[Path]] = defaultdict(set)
     plain = {name for kind in vars(mujoco).values() if isinstance(kind, type) for name in dir(kind)}
     for path, tree in trees.items():
-        for definition in ast.walk(tree):
+        for definition in statements(tree):
             if isinstance(definition, ast.ClassDef):
                 if is_record(definition):
                     plain |= declared(definition)
                 else:
                     for name in declared(definition):
                         folders[name].add(path.parent)
+    known = folders.keys() - plain
     return [
         f"{path}:{each.lineno}: {ast.unparse(each)}"
         for path, tree in trees.items()
         for each in assigned(tree)
-        if not is_own(each)
-        and each.attr in folders.keys() - plain
-        and not folders[each.attr] & {*path.parents}
+        if not is_own(each) and each.attr in known and not folders[each.attr] & {*path.parents}
     ]
 
 
@@ -79,7 +96,17 @@ def test_no_attribute_is_assigned_from_another_folder() -> None:
     assert from_outside(files()) == []
 
 
-@pytest.mark.parametrize("statement", ["part.state = 1", "part.state += 1", "part.other, part.state = 1, 2"])
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "part.state = 1",
+        "part.state += 1",
+        "part.other, part.state = 1, 2",
+        "part.state: int = 1",
+        "for part.state in range(2):\n    pass",
+        "with open('it') as part.state:\n    pass",
+    ],
+)
 def test_an_assignment_from_another_folder_is_found(statement: str) -> None:
     here, there = Path("a/part.py"), Path("b/user.py")
     part = ast.parse("class Part:\n    def __init__(self):\n        self.state = 0")

@@ -130,7 +130,7 @@ def test_others_are_answered_while_a_script_runs_on(worlds: list[RealWorld], fol
 
     The seconds are the processor's, as those of the script's limit are: on a busy machine both take longer.
     """
-    limit = 0.4
+    limit = 0.2
     world = begin(worlds, folder, f"function hang() {body} end\n{ANSWER}", limit)
     caller, other = world.client(), world.client()
     assert vrep.simxStartSimulation(caller, BLOCKING) == 0
