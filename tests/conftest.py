@@ -23,6 +23,7 @@ import simx_client as v
 from simx_client.checking import regular as checked_functions
 from simx_client.checking import scene as checked_scene
 from simx_client.client.worlds import worker
+from simx_server.grading.attempt import attempt
 from simx_server.scene.trial import helper as trial_helper
 from simx_server.sensors.opengl import backend as opengl
 from simx_server.world import world as composition
@@ -90,6 +91,10 @@ LONGEST = (
     "test_tutorial_program.py",
 )
 """Files that take longest, roughly the longest first: begun last, one leaves the other cores with nothing to do."""
+
+
+FORKING = (checked_functions, checked_scene, worker, attempt)
+"""Modules that start servers by `subprocess`."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -299,15 +304,15 @@ def shared_probes() -> Iterator[None]:
 
 @pytest.fixture(autouse=True, scope="session")
 def forked_servers() -> Iterator[None]:
-    """Checks of programs, which ask a server for its functions and scenes, fork it; so do worlds in processes."""
+    """Checks of programs, worlds in processes and attempts at exercises fork their servers."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (checked_functions, checked_scene, worker):
+        for module in FORKING:
             patch.setattr(module, "subprocess", ForkingSubprocess())
         yield
 
 
 @pytest.fixture
 def started_servers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both start new interpreters, as they do for users."""
-    for module in (checked_functions, checked_scene, worker):
+    """They start new interpreters, as they do for users."""
+    for module in FORKING:
         monkeypatch.setattr(module, "subprocess", subprocess)

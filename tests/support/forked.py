@@ -67,8 +67,8 @@ def of_scripts() -> ForkServer:
     return _start(of_servers().requests.fileno())  # begun later, it ends first: it has that socket, too
 
 
-class Forked(subprocess.Popen[str]):
-    """A forked process with the interface of `subprocess.Popen`; its streams have lines of text.
+class Forked(subprocess.Popen[Any]):
+    """A forked process with the interface of `subprocess.Popen`; its streams have lines of text, or bytes at once.
 
     Args:
         arguments: those of ``python``: ``-m`` and a module, ``-c`` and a program, or a file; and the program's own.
@@ -77,6 +77,7 @@ class Forked(subprocess.Popen[str]):
         env: its variables; None for those of this process.
         start_new_session: whether it leads a session and a group of processes.
         pass_fds: file descriptors that it gets under the same numbers.
+        text: whether its streams have lines of text.
         origin: the process that forks; None for that of servers.
     """
 
@@ -91,6 +92,7 @@ class Forked(subprocess.Popen[str]):
         env: Mapping[str, str] | None = None,
         start_new_session: bool = False,
         pass_fds: Sequence[int] = (),
+        text: bool = True,
         origin: ForkServer | None = None,
     ) -> None:
         self.args = [str(argument) for argument in arguments]
@@ -105,9 +107,11 @@ class Forked(subprocess.Popen[str]):
             "descriptors": list(pass_fds),
         }
         with contextlib.ExitStack() as given:
-            source, self.stdin = _stream(0, stdin, given)
-            sink, self.stdout = _stream(1, stdout, given)
-            errors, self.stderr = (sink, None) if stderr == subprocess.STDOUT else _stream(2, stderr, given)
+            source, self.stdin = _stream(0, stdin, given, text=text)
+            sink, self.stdout = _stream(1, stdout, given, text=text)
+            errors, self.stderr = (
+                (sink, None) if stderr == subprocess.STDOUT else _stream(2, stderr, given, text=text)
+            )
             reading, report = os.pipe()
             given.callback(os.close, report)
             self._report = os.fdopen(reading, buffering=1)
@@ -193,14 +197,15 @@ class ServersSubprocess:
 
 
 def _stream(
-    number: int, wanted: int | IO[Any] | None, given: contextlib.ExitStack
-) -> tuple[int, IO[str] | None]:
+    number: int, wanted: int | IO[Any] | None, given: contextlib.ExitStack, *, text: bool
+) -> tuple[int, IO[Any] | None]:
     """Return the file descriptor that the process gets, and this process's end if it is a pipe."""
     if wanted == subprocess.PIPE:
         reading, writing = os.pipe()
         theirs, ours, mode = (reading, writing, "w") if number == 0 else (writing, reading, "r")
         given.callback(os.close, theirs)
-        return theirs, os.fdopen(ours, mode, buffering=1)
+        end = os.fdopen(ours, mode, buffering=1) if text else os.fdopen(ours, f"{mode}b", buffering=0)
+        return theirs, end
     if wanted == subprocess.DEVNULL:
         return given.enter_context(open(os.devnull, "r+b", buffering=0)).fileno(), None
     if wanted is None:

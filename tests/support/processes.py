@@ -79,7 +79,7 @@ def finished(
 
 
 class ForkingSubprocess:
-    """Stands in for `subprocess` in a module that runs a server to its end, or starts a process of worlds."""
+    """Stands in for `subprocess` in a module that runs a server to its end, or starts a process with worlds."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(subprocess, name)
@@ -96,10 +96,19 @@ class ForkingSubprocess:
         return finished(*command[2:], folder=Path.cwd(), timeout=timeout)
 
     @staticmethod
-    def Popen(command: Sequence[str], *, stdin: int, pass_fds: Sequence[int]) -> Forked:
+    def Popen(
+        command: Sequence[str],
+        *,
+        stdin: int,
+        pass_fds: Sequence[int],
+        stdout: int | None = None,
+        bufsize: int = -1,
+    ) -> Forked:
         """Fork ``python -m …`` in the present folder."""
         assert command[:2] == [sys.executable, "-m"], command
-        return Forked(command[1:], stdin=stdin, cwd=Path.cwd(), pass_fds=pass_fds)
+        return Forked(
+            command[1:], stdin=stdin, stdout=stdout, cwd=Path.cwd(), pass_fds=pass_fds, text=bufsize != 0
+        )
 
 
 @contextlib.contextmanager
