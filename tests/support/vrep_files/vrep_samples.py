@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 import pytest
@@ -34,8 +35,9 @@ def sample(name: str) -> Path:
     return found
 
 
+@lru_cache(maxsize=1)  # all tests of a file with one sample follow each other
 def decoded(path: Path) -> VrepFile:
-    """The result of the reader for a sample."""
+    """The result of the reader for a sample; for reading only."""
     return read_file(path.read_bytes(), path.name)
 
 
