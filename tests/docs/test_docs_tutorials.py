@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from launching import python
+from launching import forked
 from processes import ROOT
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
@@ -31,7 +31,7 @@ def run(name: str, folder: Path) -> tuple[str, str]:
     line, shown = found["text"]
     command, *arguments = shlex.split(line)
     start = ("-m", "simx_client", "run") if command == "simx-run" else ()
-    finished = python(folder, *start, *arguments)
+    finished = forked(folder, *start, *arguments)
     assert finished.returncode == 0, finished.stderr
     return finished.stdout, shown
 

@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from launching import environment
+from launching import Finished, forked
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
@@ -28,11 +26,8 @@ SCENES = {
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
 
-def run(script: str, *flags: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "simx_client", "run", "--server", SCENES[script], *flags, f"{script}.py"]
-    return subprocess.run(
-        command, cwd=FOLDER, env=environment(), capture_output=True, text=True, timeout=60, check=False
-    )
+def run(script: str, *flags: str) -> Finished:
+    return forked(FOLDER, "-m", "simx_client", "run", "--server", SCENES[script], *flags, f"{script}.py")
 
 
 def without_numbers(text: str) -> list[str]:
@@ -56,10 +51,7 @@ def test_script_prints_what_it_should(script: str) -> None:
 def test_only_one_of_them_is_python_2_and_it_is_said() -> None:
     for script in SCENES:
         source = (FOLDER / f"{script}.py").read_text()
-        command = [sys.executable, "-m", "simx_client", "run", "--print-converted", f"{script}.py"]
-        finished = subprocess.run(
-            command, cwd=FOLDER, env=environment(), capture_output=True, text=True, timeout=60, check=False
-        )
+        finished = forked(FOLDER, "-m", "simx_client", "run", "--print-converted", f"{script}.py")
         is_python2 = script == "pioneer_avoid"
         assert (finished.stdout == source) is not is_python2
         assert ("this is no Python 2" in finished.stderr) is not is_python2
