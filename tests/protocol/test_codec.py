@@ -7,8 +7,9 @@ import struct
 import msgpack
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
+from seeds import many
 
 from simx_client.protocol import kinds
 from simx_client.protocol.codec import (
@@ -38,18 +39,21 @@ def some(elements: st.SearchStrategy) -> st.SearchStrategy[list]:
     return st.lists(elements, max_size=4)
 
 
+@settings(max_examples=many(34))
 @given(int32, int32, some(st.builds(Call, int32, int32, int32, st.text(), some(values))))
 def test_a_batch_comes_back_as_it_was_sent(message_id, client_time, calls):
     batch = Batch(message_id, client_time, calls)
     assert decode_batch(encode(batch)) == batch
 
 
+@settings(max_examples=many(34))
 @given(int32, some(st.builds(Reply, int32, int32, int32, some(values))))
 def test_a_delivery_comes_back_as_it_was_sent(number, replies):
     delivery = Delivery(number, number, number, number, 1, replies)
     assert decode_delivery(encode(delivery)) == delivery
 
 
+@settings(max_examples=many(34))
 @given(st.binary(max_size=200))
 def test_any_bytes_are_a_message_or_a_codec_error(payload):
     for decode in (decode_batch, decode_delivery, decode_greeting, decode_welcome):
@@ -57,6 +61,7 @@ def test_any_bytes_are_a_message_or_a_codec_error(payload):
             decode(payload)
 
 
+@settings(max_examples=many(34))
 @given(values)
 def test_any_msgpack_value_is_a_message_or_a_codec_error(value):
     for decode in (decode_batch, decode_delivery, decode_greeting, decode_welcome):
@@ -82,6 +87,7 @@ def test_an_older_server_offers_no_socket():
     assert decode_welcome(shorter) == Welcome(1, "", "realm", "scene", "0.1", "")
 
 
+@settings(max_examples=many(34))
 @given(st.integers())
 def test_integers_wrap_like_a_c_int(value):
     assert kinds.to_int32(value) == struct.unpack("<i", struct.pack("<I", value & 0xFFFF_FFFF))[0]

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes_for_tests import run, world_of
+from seeds import many
 
 from simx_server.errors import CommandError
 from simx_server.scene.editing import editing
@@ -72,7 +73,7 @@ points = st.tuples(lengths, lengths, lengths)
 eulers = st.tuples(angles, angles, angles)
 rotations = eulers.map(frames.quat_from_euler)
 joint_values = st.tuples(angles, angles, st.floats(-0.3, 0.3), rotations)
-quick = settings(max_examples=40, deadline=None)
+quick = settings(max_examples=many(14), deadline=None)
 
 
 @lru_cache(maxsize=1)
@@ -268,7 +269,7 @@ def test_gimbal_lock_keeps_the_rotation_and_gives_alpha_zero(side: int, alpha: f
     assert same_turn(frames.quat_from_euler(euler), quat, 1e-5)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=many(4), deadline=None)
 @given(
     st.sampled_from(("wall", "spot", "tip", "eye", "view", "free", "base")),
     st.sampled_from(("none", "ghost", "hand", "tilt", "load")),

@@ -9,6 +9,7 @@ from fuzz.attacks import Attack, bounded, sequences
 from fuzz.calls import COMMANDS, Victim, call, delays, operations
 from hypothesis import given
 from hypothesis import strategies as st
+from seeds import many
 
 pytestmark = pytest.mark.slow
 
@@ -23,7 +24,7 @@ def victim(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Victim]:
 def test_every_command_survives_every_kind_of_argument(victim: Victim) -> None:
     for command in COMMANDS:
 
-        @bounded(8, derandomize=True)
+        @bounded(many(3), derandomize=True)
         @given(st.lists(st.tuples(operations, delays, call(command)), min_size=1, max_size=4))
         def attack(calls: Attack) -> None:
             victim.endure([(operation, delay, *each) for operation, delay, each in calls])
@@ -32,7 +33,7 @@ def test_every_command_survives_every_kind_of_argument(victim: Victim) -> None:
         attack()
 
 
-@bounded(40, derandomize=True)
+@bounded(many(14), derandomize=True)
 @given(calls=sequences())
 def test_sequences_of_hostile_calls_leave_the_server_sound(victim: Victim, calls: Attack) -> None:
     victim.begin()

@@ -12,6 +12,7 @@ import pytest
 from handler_calls import World
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from seeds import many
 from test_sensors_together import ring
 
 from simx_server.sensors.instant import Instant
@@ -66,7 +67,7 @@ def one_by_one(
 
 
 @pytest.mark.parametrize("form", FORMS)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=many(5), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_one_ray_detects_what_it_detects_among_many(form: str, seed: int) -> None:
     with computed_in(form):
