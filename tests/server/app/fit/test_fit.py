@@ -21,9 +21,15 @@ from simx_server.app.fit.command import main
 from simx_server.app.fit.parameters import free_of
 from simx_server.errors import CommandError
 
-needs_sysid = pytest.mark.skipif(
-    not hasattr(pytest.importorskip("mujoco.sysid"), "optimize"), reason=extra_line("fit")
-)
+needs_sysid = pytest.mark.usefixtures("_sysid")
+
+
+@pytest.fixture
+def _sysid() -> None:
+    """Skip the test without it. Its import takes a third of a second, so that it is not for all workers."""
+    if not hasattr(pytest.importorskip("mujoco.sysid"), "optimize"):
+        pytest.skip(extra_line("fit"))
+
 
 SCENE = """
 <mujoco>
