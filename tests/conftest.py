@@ -34,6 +34,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 TESTS = Path(__file__).parent
 LONGEST = (
+    "test_view_browser.py",
+    "test_fleets_on_ray.py",
+    "test_classroom_browser.py",
     "test_saved_scenes.py",
     "test_grading_exercises.py",
     "test_scripts_python_limits.py",
@@ -41,7 +44,6 @@ LONGEST = (
     "test_trial_of_hostile_files.py",
     "test_call_costs.py",
     "test_vrep_files_again.py",
-    "test_classroom_browser.py",
     "test_other_systems.py",
     "test_gym_stable_baselines3.py",
     "test_view_process.py",
@@ -59,7 +61,6 @@ LONGEST = (
     "test_bench_smoke.py",
     "test_run_lifeline.py",
     "test_hostile_calls.py",
-    "test_fleets_on_ray.py",
     "test_legacy_scripts.py",
     "test_samples_run.py",
     "test_worlds.py",
