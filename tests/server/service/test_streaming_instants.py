@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import pytest
 from forked import Forked
 from processes import ServerProcess, read_line, running, server, wait_until
+from seeds import many
 
 import simx_client as v
 from bench.measuring.resources import private_mb
@@ -34,6 +35,9 @@ TIMEOUT = 60.0
 IMAGE_SIZE = (320, 240)
 MEGABYTES_A_CLIENT_MAY_LEAVE = 25.0
 """What the system and Zenoh hold for one client, the 16 MB for pictures in it. Ten seconds of values are more."""
+
+INSTANTS = many(70)
+"""The number of instants that each client sees in a test."""
 
 PASSES_MEANWHILE = 2000
 """A few times what fills every buffer on the way to a client: 3 kB of values a pass, and pictures of 230 kB."""
@@ -144,7 +148,7 @@ def test_no_client_of_eight_ever_sees_two_instants_in_one_pause(simulator: Serve
             assert not instant.is_mixed
             seen[client].update(instant.times)
 
-    assert wait_until(lambda: min(map(len, seen.values())) >= 200, TIMEOUT, turn=look_once)
+    assert wait_until(lambda: min(map(len, seen.values())) >= INSTANTS, TIMEOUT, turn=look_once)
 
 
 def test_without_a_pause_reads_may_straddle_two_steps_as_they_always_could(simulator: ServerProcess) -> None:
@@ -205,7 +209,7 @@ def test_what_one_client_says_in_a_pause_others_see_whole_or_not_at_all(
         heard.update(numbers)
 
     if together:
-        assert wait_until(lambda: len(heard) >= 200, TIMEOUT, turn=exchange)
+        assert wait_until(lambda: len(heard) >= INSTANTS, TIMEOUT, turn=exchange)
         assert not halves
     else:
         assert wait_until(lambda: halves > 0, TIMEOUT, turn=exchange)
