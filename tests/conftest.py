@@ -127,7 +127,7 @@ def pytest_configure(config: pytest.Config) -> None:
             f"LONGEST in tests/conftest.py names files that are not there: {sorted(missing)}"
         )
     is_whole = getattr(config.option, "numprocesses", None) and not config.option.file_or_dir
-    if sys.dont_write_bytecode and is_whole:
+    if is_whole:
         _write_rewritten_tests()
     if hasattr(config.option, "loadscopereorder"):
         # xdist would begin with the files of most tests; the soak is one test.
@@ -135,9 +135,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def _write_rewritten_tests() -> None:
-    """Have pytest rewrite the asserts of all tests once, in two processes, so that xdist's workers need not."""
-    if all(map(_is_rewritten, TESTS.rglob("test_*.py"))):
-        return
+    """Have pytest rewrite the asserts of changed tests once, in two processes, so that xdist's workers need not."""
+    changed = [path for path in TESTS.rglob("test_*.py") if not _is_rewritten(path)]
     command = [
         sys.executable,
         "-m",
@@ -150,22 +149,27 @@ def _write_rewritten_tests() -> None:
         "no:xdist",
     ]
     environment = os.environ | {"PYTHONDONTWRITEBYTECODE": ""}
-    parts = [
-        [TESTS / "server"],
-        [path for path in TESTS.iterdir() if path.is_dir() and path.name != "server"],
-    ]
     begun = [
-        subprocess.Popen([*command, *part], env=environment, stdout=subprocess.DEVNULL) for part in parts
+        subprocess.Popen([*command, *part], env=environment, stdout=subprocess.DEVNULL)
+        for part in (changed[::2], changed[1::2])
+        if part
     ]
     for process in begun:
         process.wait()
+    for path in changed:
+        if (rewritten := _rewritten(path)).exists():
+            rewritten.touch()  # pytest leaves that of a file whose text is the same, as after a checkout
 
 
 def _is_rewritten(path: Path) -> bool:
     """Whether pytest has written the module of a test since the test was last changed."""
-    tag = f"{sys.implementation.cache_tag}-pytest-{pytest.__version__}"
-    rewritten = path.parent / "__pycache__" / f"{path.stem}.{tag}.pyc"
+    rewritten = _rewritten(path)
     return rewritten.exists() and rewritten.stat().st_mtime > path.stat().st_mtime
+
+
+def _rewritten(path: Path) -> Path:
+    tag = f"{sys.implementation.cache_tag}-pytest-{pytest.__version__}"
+    return path.parent / "__pycache__" / f"{path.stem}.{tag}.pyc"
 
 
 @pytest.hookimpl(wrapper=True)
