@@ -14,17 +14,18 @@ pytest.importorskip("viser", reason="needs the extra viewer")
 import trimesh
 import viser
 from browser_panels import browser
-from trimesh.visual import ColorVisuals, TextureVisuals
+from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
 from simx_server.viewer.messages import Drawing, SceneItem
 from simx_server.viewer.page.mirror import Copy, Mirror
 from simx_server.viewer.page.tools.gizmo import Gizmo
-from simx_server.viewer.page.view.bodies import Body, appearance, meshes_of
+from simx_server.viewer.page.view.bodies import Body
 from simx_server.viewer.page.view.drawings import Drawings
-from simx_server.viewer.page.view.lights import lit
+from simx_server.viewer.page.view.geoms import appearance, meshes_of
 from simx_server.viewer.page.view.selected import Selected
 from simx_server.viewer.page.view.smoothing import smoothed
+from simx_server.viewer.page.view.tones import albedo
 from simx_server.viewer.page.view.world import World, contact_forces
 
 pytestmark = pytest.mark.slow
@@ -53,6 +54,15 @@ SCENE = """
 """
 
 
+def material_of(mesh: trimesh.Trimesh) -> Any:
+    return cast(Any, mesh.visual).material
+
+
+def factor(mesh: trimesh.Trimesh) -> list[float]:
+    """The linear colour of a mesh, red, green and blue."""
+    return (np.array(material_of(mesh).baseColorFactor[:3]) / 255).tolist()
+
+
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(SCENE)
@@ -69,25 +79,13 @@ def test_round_bodies_are_sent_with_normals_and_keep_their_edges() -> None:
     assert side[:, :2] == pytest.approx(mesh.vertices[around < 0.5][:, :2] / 0.1, abs=1e-3)
 
 
-def test_the_light_is_that_of_the_cameras() -> None:
-    model = mujoco.MjModel.from_xml_string(
-        """<mujoco><visual><headlight ambient="0.4 0.4 0.4" diffuse="0 0 0"/></visual><worldbody>
-        <light type="directional" dir="0 0 -1" diffuse="0.5 0.5 0.5"/><light active="false"/>
-        </worldbody></mujoco>"""
-    )
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    found = lit(Copy(model, data))
-    assert found.ambient == pytest.approx(0.4)
-    assert found.directions == (((0.0, 0.0, -1.0), 0.5),)
-
-
 def test_bodies_have_the_colours_that_mujoco_draws_and_nothing_hidden(model: mujoco.MjModel) -> None:
-    (mesh,) = meshes_of(model, model.body("cube").id)
-    assert isinstance(mesh.visual, ColorVisuals)
-    assert np.abs(mesh.bounds).max() == pytest.approx(0.35)  # the sphere's top: neither of the big boxes
-    colors = {tuple(color) for color in mesh.visual.vertex_colors.tolist()}
-    assert colors == {(0, 255, 0, 255), (0, 0, 255, 255)}
+    own, of_material = meshes_of(model, model.body("cube").id)
+    assert np.abs(own.bounds).max() == pytest.approx(0.1)  # neither of the big boxes
+    assert np.abs(of_material.bounds).max() == pytest.approx(0.35)  # the sphere's top
+    assert factor(own) == pytest.approx(albedo(np.array([0.0, 1.0, 0.0])), abs=0.005)
+    assert factor(of_material) == pytest.approx(albedo(np.array([0.0, 0.0, 1.0])), abs=0.005)
+    assert material_of(own).metallicFactor == 0.0  # ambient light does not reach a metal
     assert model.geom("own").matid[0] == model.material("blue").id  # the model is as it was
     assert list(meshes_of(model, model.body("nothing_to_see").id)) == []
 
@@ -101,7 +99,8 @@ def test_plane_has_its_pattern_as_often_as_the_material_says(model: mujoco.MjMod
     assert mesh.visual.uv.max(axis=0).tolist() == [4, 2]
     pixels = np.asarray(mesh.visual.material.baseColorTexture)
     assert pixels.shape == (10, 20, 3)
-    assert pixels[-1, 0].tolist() == [255, 0, 0]  # MuJoCo's first row is the lowest
+    red, green, blue = pixels[-1, 0].tolist()  # MuJoCo's first row is the lowest
+    assert red > 10 * max(green, blue)
 
 
 def test_appearance_changes_with_what_a_body_is_made_of_and_not_with_its_place(model: mujoco.MjModel) -> None:
@@ -215,12 +214,10 @@ def test_what_is_see_through_has_a_material_that_blends() -> None:
         """<mujoco><worldbody><geom size="1" rgba="1 0 0 1"/><geom size="1" rgba="0 0.5 1 0.4"/>
         <geom size="1" rgba="0 1 0 1"/></worldbody></mujoco>"""
     )
-    opaque, clear = meshes_of(model, 0)
-    assert isinstance(opaque.visual, ColorVisuals)
-    assert isinstance(clear.visual, TextureVisuals)
-    material = cast(PBRMaterial, clear.visual.material)
-    assert material.alphaMode == "BLEND"
-    assert np.array(material.baseColorFactor) / 255 == pytest.approx([0, 0.5**2.2, 1, 0.4], abs=0.01)
+    red, clear, green = meshes_of(model, 0)
+    assert material_of(clear).alphaMode == "BLEND"
+    assert material_of(clear).baseColorFactor[3] == round(0.4 * 255)
+    assert [material_of(mesh).alphaMode for mesh in (red, green)] == ["OPAQUE", "OPAQUE"]
 
 
 def test_faces_that_meet_at_a_small_angle_share_a_normal_and_reversed_ones_do_not() -> None:

@@ -1,190 +1,45 @@
-"""Show one body in the browser: its geoms as meshes below a frame that moves."""
+"""Show one body in the browser: its meshes below a frame that moves."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import Any
 
-import mujoco
 import numpy as np
 import trimesh
-import trimesh.visual
 import viser
-from mjviser.conversions import get_geom_texture_id, group_geoms_by_visual_compat, merge_geoms
-from PIL import Image
-
-from simx_server.scene.cameras.visibility import OPAQUE_ALPHA
-
-from .smoothing import smoothed
 
 _SELECTED = (255, 140, 0)
-_DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
-_ENDLESS = 20.0
-"""Half the side in metres at which an infinite plane is drawn."""
 
-_GAMMA = 2.2
-"""Exponent from colours of the screen to linear ones."""
-
-_SEEN_GROUPS = (0, 1, 2, 6)
-"""Geoms of other groups only collide; the last group is that of shapes which vision sensors do not see."""
-
-_CONVERTED = frozenset(
-    int(kind)
-    for kind in (
-        mujoco.mjtGeom.mjGEOM_PLANE,
-        mujoco.mjtGeom.mjGEOM_HFIELD,
-        mujoco.mjtGeom.mjGEOM_SPHERE,
-        mujoco.mjtGeom.mjGEOM_CAPSULE,
-        mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-        mujoco.mjtGeom.mjGEOM_CYLINDER,
-        mujoco.mjtGeom.mjGEOM_BOX,
-        mujoco.mjtGeom.mjGEOM_MESH,
-    )
-)
-
-
-def meshes_of(model: mujoco.MjModel, body: int) -> Iterator[trimesh.Trimesh]:
-    """Yield the visible meshes of a body, in the body's frame; opaque geoms without a texture are one mesh."""
-    first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
-    seen = [geom for geom in range(first, first + count) if _is_seen(model, geom)]
-    papered = {geom: texture for geom in seen if (texture := _paper(model, geom)) >= 0}
-    for geom, texture in papered.items():
-        yield _papered_plane(model, geom, texture)
-    plain = [geom for geom in seen if geom not in papered]
-    with _own_colors(model, plain):
-        for group in group_geoms_by_visual_compat(model, plain):
-            # Merged textures would be parts of one image, and could not be repeated.
-            if get_geom_texture_id(model, group[0]) >= 0:
-                for geom in group:
-                    yield _in_linear_colors(smoothed(merge_geoms(model, [geom])))
-                continue
-            if opaque := [geom for geom in group if _rgba(model, geom)[3] >= OPAQUE_ALPHA]:
-                yield smoothed(merge_geoms(model, opaque))
-            for geom in group:
-                if geom not in opaque:
-                    yield _see_through(smoothed(merge_geoms(model, [geom])), _rgba(model, geom))
-
-
-def _see_through(mesh: trimesh.Trimesh, rgba: np.ndarray) -> trimesh.Trimesh:
-    """Return the mesh with a material that lets see through: colours of its points do not."""
-    material = trimesh.visual.material.PBRMaterial(
-        baseColorFactor=np.asarray(rgba, float), metallicFactor=0.0, roughnessFactor=1.0
-    )
-    mesh.visual = trimesh.visual.TextureVisuals(material=material)
-    return _in_linear_colors(mesh)
-
-
-def _in_linear_colors(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Return the mesh; the colour by which its texture is multiplied is now in glTF's linear numbers."""
-    material: Any = getattr(mesh.visual, "material", None)  # trimesh declares little of it
-    factor = getattr(material, "baseColorFactor", None)
-    if factor is not None:
-        rgba = np.asarray(factor, float) / 255
-        material.baseColorFactor = [*rgba[:3] ** _GAMMA, rgba[3]]
-        if rgba[3] < 1:
-            material.alphaMode = "BLEND"
-    return mesh
-
-
-def appearance(model: mujoco.MjModel, body: int) -> bytes:
-    """Return a key that changes with everything that `meshes_of` depends on, in one model."""
-    first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
-    geoms = slice(first, first + count)
-    materials = model.geom_matid[geoms]
-    parts = (
-        model.geom_pos,
-        model.geom_quat,
-        model.geom_size,
-        model.geom_rgba,
-        model.geom_group,
-        model.geom_matid,
-    )
-    of_materials = (model.mat_rgba, model.mat_texid, model.mat_texrepeat)
-    return b"".join(
-        [each[geoms].tobytes() for each in parts]
-        + [each[materials[materials >= 0]].tobytes() for each in of_materials]
-    )
-
-
-def _is_seen(model: mujoco.MjModel, geom: int) -> bool:
-    return (
-        _rgba(model, geom)[3] > 0
-        and int(model.geom_group[geom]) in _SEEN_GROUPS
-        and int(model.geom_type[geom]) in _CONVERTED
-    )
-
-
-def _has_own_color(model: mujoco.MjModel, geom: int) -> bool:
-    """Return whether a geom has its own colour: MuJoCo uses the material's while the own one is the default."""
-    return int(model.geom_matid[geom]) < 0 or not np.allclose(model.geom_rgba[geom], _DEFAULT_RGBA)
-
-
-def _rgba(model: mujoco.MjModel, geom: int) -> np.ndarray:
-    return model.geom_rgba[geom] if _has_own_color(model, geom) else model.mat_rgba[model.geom_matid[geom]]
-
-
-@contextmanager
-def _own_colors(model: mujoco.MjModel, geoms: Sequence[int]) -> Generator[None]:
-    """Remove the material of geoms with their own colour within the block: the converter prefers the material."""
-    kept = model.geom_matid.copy()
-    for geom in geoms:
-        if _has_own_color(model, geom):
-            model.geom_matid[geom] = -1
-    try:
-        yield
-    finally:
-        model.geom_matid[:] = kept
-
-
-def _paper(model: mujoco.MjModel, geom: int) -> int:
-    """Return the texture of a plane, which the converter leaves out; -1 if it has none."""
-    material = int(model.geom_matid[geom])
-    if material < 0 or int(model.geom_type[geom]) != mujoco.mjtGeom.mjGEOM_PLANE.value:
-        return -1
-    texture = int(model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB])
-    flat = mujoco.mjtTexture.mjTEXTURE_2D
-    is_color = texture >= 0 and int(model.tex_type[texture]) == flat and int(model.tex_nchannel[texture]) == 3
-    return texture if is_color else -1
-
-
-def _papered_plane(model: mujoco.MjModel, geom: int, texture: int) -> trimesh.Trimesh:
-    """Return a rectangle with an image, repeated as the material defines."""
-    material = int(model.geom_matid[geom])
-    half = np.where(model.geom_size[geom, :2] > 0, model.geom_size[geom, :2], _ENDLESS)
-    unit = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], float)
-    repeats = model.mat_texrepeat[material] * (2 * half if model.mat_texuniform[material] else 1.0)
-    first, height, width = (int(a[texture]) for a in (model.tex_adr, model.tex_height, model.tex_width))
-    pixels = model.tex_data[first : first + height * width * 3].reshape(height, width, 3)
-    paper = trimesh.visual.material.PBRMaterial(
-        baseColorFactor=_rgba(model, geom),
-        baseColorTexture=Image.fromarray(np.ascontiguousarray(pixels[::-1])),
-        metallicFactor=0.0,
-        roughnessFactor=1.0,
-    )
-    mesh = trimesh.Trimesh(
-        np.column_stack([unit * half, np.zeros(4)]),
-        [[0, 1, 2], [0, 2, 3]],
-        visual=trimesh.visual.TextureVisuals(uv=(unit + 1) / 2 * repeats, material=paper),
-        process=False,
-    )
-    pose = np.eye(4)
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-    pose[:3, :3], pose[:3, 3] = turn.reshape(3, 3), model.geom_pos[geom]
-    mesh.apply_transform(pose)  # pyright: ignore[reportUnknownMemberType]  # trimesh declares no result
-    return _in_linear_colors(mesh)
+_SHADOW = 0.35
+"""Darkness of a shadow, the same for all lights: viser spreads a light over three, each with a shadow of its own."""
 
 
 class Body:
     """One body; `number` is its id in the model."""
 
-    def __init__(self, scene: viser.SceneApi, number: int, meshes: Sequence[trimesh.Trimesh]) -> None:
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        number: int,
+        meshes: Sequence[trimesh.Trimesh],
+        *,
+        is_ground: bool = False,
+    ) -> None:
         self._scene, self._number = scene, number
         self._path = f"/scene/body_{number}"
         self._frame = scene.add_frame(self._path, show_axes=False)
+        clear = [mesh for mesh in meshes if _lets_see_through(mesh)]
+        opaque = [mesh for mesh in meshes if not _lets_see_through(mesh)]
+        parts = [(opaque, True)] if opaque else []
         self._meshes = [
-            scene.add_mesh_trimesh(f"{self._path}/mesh_{index}", mesh) for index, mesh in enumerate(meshes)
+            scene.add_glb(
+                f"{self._path}/mesh_{index}",
+                _glb(part),
+                cast_shadow=casts and not is_ground,
+                receive_shadow=_SHADOW if is_ground else False,
+            )
+            for index, (part, casts) in enumerate([*parts, *(([mesh], False) for mesh in clear)])
         ]
         self._low = np.min([mesh.bounds[0] for mesh in meshes], axis=0)
         self._high = np.max([mesh.bounds[1] for mesh in meshes], axis=0)
@@ -215,6 +70,18 @@ class Body:
 
     def remove(self) -> None:
         self._frame.remove()  # with everything below it
+
+
+def _lets_see_through(mesh: trimesh.Trimesh) -> bool:
+    material: Any = getattr(mesh.visual, "material", None)  # trimesh declares little of it
+    return getattr(material, "alphaMode", None) == "BLEND"
+
+
+def _glb(meshes: Sequence[trimesh.Trimesh]) -> bytes:
+    """Return meshes as one file, which the browser shows as one object."""
+    scene: Any = trimesh.Scene(list(meshes))
+    content: bytes = scene.export(file_type="glb", include_normals=True)
+    return content
 
 
 def _edges(low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -1,7 +1,8 @@
-"""Light the 3-D view as the scene's cameras are lit: ambient light, and the scene's lights without shadows.
+"""Light the 3-D view as the scene's cameras are lit: ambient light, and the scene's lights with their colours.
 
-MuJoCo adds light to colours as they are on the screen, three.js to their physical amounts; so strengths are powers of
-the scene's, and agree best where a surface faces the lights.
+One light casts shadows: the strongest of those that cast them in MuJoCo, or else the one that shines down most
+steeply. V-REP has no shadows, but they show whether an object touches the floor. A light from straight above would hide
+them below their objects, so it is tilted.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import viser
 
 from simx_server.viewer.page.mirror import Copy
 
-_GAMMA = 2.2
+from .background import background
+from .tones import light
+
 _FULL = float(np.pi)
 """Strength in three.js of a light that shows a white surface white."""
 
@@ -23,81 +26,153 @@ _MOST = 7
 _OF_HEADLIGHT = 0.6
 """Share of the light at the eye that counts as ambient light: it meets surfaces at all angles."""
 
+_FROM_ABOVE = (0.45, 0.3, -1.0)
+"""Direction of the rest of the light at the eye: a browser's lights do not move along with its camera."""
+
 _LEAST = 0.2
 """Least ambient light, for scenes without any light."""
 
-_SKY, _HORIZON = (0.72, 0.80, 0.88), (0.93, 0.95, 0.97)
-"""RGB 0..1 of the background, above and below."""
+_STEEP = 0.5
+"""Least share of a light's direction that points down, for shadows that lie near their objects."""
+
+_TILT = np.array([0.45, 0.3, 0.0])
+"""Added to the direction of a light that casts none in MuJoCo: shadows lie to the right in the view at the start."""
+
+
+_FAR = 100.0
+"""Distance of a light in metres; only its direction counts."""
+
+Rgb = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Ray:
+    """A light from one direction. Its colour as in MuJoCo, 1 for white."""
+
+    direction: Rgb
+    """From the light into the scene, a unit vector."""
+    color: Rgb
+    casts_shadow: bool = False
 
 
 @dataclass(frozen=True)
 class Lit:
-    """The lights of a scene: strengths as in MuJoCo, 1 for white."""
+    """The lights of a scene."""
 
-    ambient: float
-    directions: tuple[tuple[tuple[float, float, float], float], ...]
-    """From the light into the scene; with its strength."""
+    ambient: Rgb
+    rays: tuple[Ray, ...]
 
 
 def lit(copy: Copy) -> Lit:
     """Return the lights of a scene in its present state."""
     model, data = copy.model, copy.data
     head = model.vis.headlight
-    is_on = bool(head.active)
-    ambient = float(head.ambient.mean() + _OF_HEADLIGHT * head.diffuse.mean()) if is_on else 0.0
-    found: list[tuple[tuple[float, float, float], float]] = []
-    for light in range(model.nlight):
-        if not model.light_active[light]:
+    ambient = np.zeros(3)
+    rays: list[Ray] = []
+    casting: list[bool] = []
+    for number in range(model.nlight):
+        if not model.light_active[number]:
             continue
-        ambient += float(model.light_ambient[light].mean())
-        strength = float(model.light_diffuse[light].mean())
-        if strength > 0 and len(found) < _MOST:
-            x, y, z = data.light_xdir[light].tolist()
-            found.append(((x, y, z), strength))
-    return Lit(max(_LEAST, ambient), tuple(found))
+        ambient += model.light_ambient[number]
+        if model.light_diffuse[number].max() > 0 and len(rays) < _MOST:
+            rays.append(Ray(_unit(data.light_xdir[number]), _rgb(model.light_diffuse[number])))
+            casting.append(bool(model.light_castshadow[number]))
+    if head.active:
+        ambient += head.ambient + _OF_HEADLIGHT * head.diffuse
+        if head.diffuse.max() > 0 and len(rays) < _MOST:
+            rays.append(Ray(_unit(np.array(_FROM_ABOVE)), _rgb((1 - _OF_HEADLIGHT) * head.diffuse)))
+            casting.append(False)
+    caster = _caster(rays, casting)
+    shown = [
+        Ray(
+            ray.direction if number != caster or casting[number] else _tilted(ray.direction),
+            ray.color,
+            number == caster,
+        )
+        for number, ray in enumerate(rays)
+    ]
+    return Lit(_rgb(np.maximum(ambient, _LEAST)), tuple(shown))
+
+
+def _caster(rays: list[Ray], casting: list[bool]) -> int:
+    """Return the number of the light that casts shadows, -1 for none."""
+    steep = [number for number, ray in enumerate(rays) if ray.direction[2] <= -_STEEP]
+    if chosen := [number for number in steep if casting[number]]:
+        return max(chosen, key=lambda number: max(rays[number].color))
+    return min(steep, key=lambda number: rays[number].direction[2], default=-1)
+
+
+def _tilted(direction: Rgb) -> Rgb:
+    return _unit(np.array(direction) + _TILT)
 
 
 class Lights:
     """The lights and the background of the 3-D view."""
 
-    def __init__(self, scene: viser.SceneApi) -> None:
+    def __init__(self, scene: viser.SceneApi, gui: viser.GuiApi) -> None:
         self._scene = scene
-        self._shown: Lit | None = None
+        self._shown: tuple[Lit, bool] | None = None
         self._handles: list[viser.AmbientLightHandle | viser.DirectionalLightHandle] = []
+        self._shadows = gui.add_checkbox(
+            "Shadows", True, hint="of one light; switch them off if the browser turns the view slowly"
+        )
+        self._behind = b""
         scene.configure_default_lights(enabled=False)
         scene.configure_environment_map(None)
-        scene.set_background_image(_background(), format="png")
 
     def update(self, copy: Copy) -> None:
-        """Show the lights of another scene."""
-        now = lit(copy)
-        if now == self._shown:
+        """Show the lights and the background of another scene."""
+        image = background(copy.model)
+        if image.tobytes() != self._behind:
+            self._behind = image.tobytes()
+            self._scene.set_background_image(image, format="png")
+        self.follow(copy)
+
+    @property
+    def is_stale(self) -> bool:
+        """Return whether the choice of shadows has changed."""
+        return self._shown is not None and self._shown[1] != self._shadows.value
+
+    def follow(self, copy: Copy) -> None:
+        """Show changes of the scene's lights, and of the choice of shadows."""
+        now, has_shadows = lit(copy), self._shadows.value
+        if (now, has_shadows) == self._shown:
             return
-        self._shown = now
+        self._shown = now, has_shadows
         for handle in self._handles:
             handle.remove()
-        self._handles = [self._scene.add_light_ambient("/lights/ambient", intensity=_physical(now)[0])]
-        for number, ((direction, _), strength) in enumerate(
-            zip(now.directions, _physical(now)[1:], strict=True)
-        ):
-            x, y, z = (-10.0 * part for part in direction)
+        base = max(now.ambient)
+        self._handles = [
+            self._scene.add_light_ambient(
+                "/lights/ambient", color=_bytes(now.ambient), intensity=_FULL * light(base)
+            )
+        ]
+        for number, ray in enumerate(now.rays):
+            x, y, z = (-_FAR * part for part in ray.direction)
             self._handles.append(
-                self._scene.add_light_directional(f"/lights/{number}", intensity=strength, position=(x, y, z))
+                self._scene.add_light_directional(
+                    f"/lights/{number}",
+                    color=_bytes(ray.color),
+                    # On a surface that faces it, added to the ambient light.
+                    intensity=_FULL * (light(base + max(ray.color)) - light(base)),
+                    cast_shadow=has_shadows and ray.casts_shadow,
+                    position=(x, y, z),
+                )
             )
 
 
-def _physical(light: Lit) -> list[float]:
-    """Return strengths in three.js, of the ambient light and then of the others.
-
-    A surface that meets the ambient light and the strongest other one is as bright as in the cameras.
-    """
-    parts = [light.ambient, *(strength for _, strength in light.directions)]
-    together = light.ambient + max(parts[1:], default=0.0)
-    return [_FULL * min(1.0, together) ** _GAMMA * part / together for part in parts]
+def _unit(vector: np.ndarray) -> Rgb:
+    x, y, z = (round(float(part), 4) for part in vector / (float(np.linalg.norm(vector)) or 1.0))
+    return x, y, z
 
 
-def _background() -> np.ndarray:
-    """Return an image of a sky that becomes lighter towards the horizon, shape (height, 2, 3)."""
-    down = np.linspace(0.0, 1.0, 128)[:, None, None] ** 0.7
-    colours = (1 - down) * np.array(_SKY) + down * np.array(_HORIZON)
-    return np.repeat((255 * colours).astype(np.uint8), 2, axis=1)
+def _rgb(color: np.ndarray) -> Rgb:
+    red, green, blue = (round(float(part), 4) for part in color)
+    return red, green, blue
+
+
+def _bytes(color: Rgb) -> tuple[int, int, int]:
+    """Return the hue of a light, its strongest part 255."""
+    strongest = max(color) or 1.0
+    red, green, blue = (round(255 * max(part, 0.0) / strongest) for part in color)
+    return red, green, blue

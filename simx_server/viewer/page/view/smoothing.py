@@ -9,7 +9,7 @@ import trimesh
 import trimesh.visual
 from numpy.typing import NDArray
 
-_SHARP = np.cos(np.radians(40.0))
+SHARP = float(np.cos(np.radians(40.0)))
 """Cosine of the angle between two faces from which their edge is shown."""
 
 _MOST_FACES = 100_000
@@ -63,7 +63,7 @@ def _corner_normals(
     cosines = np.einsum("mci,mci->mc", _unit(ahead), _unit(back))
     weighted = units * np.arccos(np.clip(cosines, -1.0, 1.0)).reshape(-1, 1)
     one, other = _pairs(places)
-    near = np.einsum("ij,ij->i", units[one], units[other]) > _SHARP
+    near = np.einsum("ij,ij->i", units[one], units[other]) > SHARP
     one, other = one[near], other[near]
     sums = np.zeros((len(places), 3))
     np.add.at(sums, one, weighted[other])

@@ -15,8 +15,9 @@ from simx_server.viewer.page.tools.gizmo import Gizmo
 from simx_server.viewer.page.tools.sensors import FORCE_LENGTH, LONGEST_ARROW, Sensors
 from simx_server.viewer.page.tools.viewpoints import Viewpoints
 
-from .bodies import Body, appearance, meshes_of
+from .bodies import Body
 from .drawings import Drawings
+from .geoms import appearance, meshes_of
 from .ground import is_ground
 from .lights import Lights
 from .selected import Selected
@@ -54,12 +55,12 @@ class World:
         """The content of `_forces`."""
 
         browser.scene.set_up_direction("+z")
-        self._lights = Lights(browser.scene)
         gui = browser.gui
         self._show_forces = gui.add_checkbox(
             "Contact forces", False, hint=f"{FORCE_LENGTH * 100:g} cm for each newton"
         )
         self._show_drawings = gui.add_checkbox("Drawing objects", True, hint="what scripts have drawn")
+        self._lights = Lights(browser.scene, gui)
         self._sensors = Sensors(browser.scene, gui)
         self._viewpoints = Viewpoints(browser)
         self._extent = 2.0
@@ -75,15 +76,17 @@ class World:
             if is_new:
                 self._clear(copy.model)
             if is_new or is_reshaped:
-                self._build(copy.model)
+                self._build(copy)
             self._move(copy.data)
             self._mark(look["selection"])
             self._marks.move(copy)
             self._show_contacts(copy)
         if is_new:
-            self._lights.update(copy)
+            self._lights.update(copy)  # its background
             self._extent = copy.extent
             self._viewpoints.show(copy.content)
+        elif is_reshaped or self._lights.is_stale:
+            self._lights.follow(copy)
         self._viewpoints.update(copy, self._places_of, look["selection"])
         self._gizmo.update(copy, self._places_of, look["selection"], is_past=self._mirror.is_past)
 
@@ -121,8 +124,9 @@ class World:
         self._bodies.clear()
         self._looks = [b""] * model.nbody
 
-    def _build(self, model: mujoco.MjModel) -> None:
+    def _build(self, copy: Copy) -> None:
         """Make the bodies that look different from before."""
+        model = copy.model
         for number in range(model.nbody):
             look = appearance(model, number)
             if look == self._looks[number]:
@@ -136,7 +140,7 @@ class World:
                 logger.exception("body '%s' cannot be drawn; the others are", model.body(number).name)
                 continue
             if meshes:
-                body = Body(self._browser.scene, number, meshes)
+                body = Body(self._browser.scene, number, meshes, is_ground=is_ground(copy, number))
                 body.on_click(self._clicked)
                 self._bodies[number] = body
         self._places = np.full((model.nbody, 7), np.nan)
