@@ -19,7 +19,6 @@ from .link import AGAIN, Away, Eye, Hands
 from .mirror import Mirror
 from .panels.cameras import Cameras
 from .panels.clients import Clients
-from .panels.elements import PAGE_STYLE, PANEL_WIDTH
 from .panels.interface import Interface
 from .panels.joints import Joints
 from .panels.objects import Objects
@@ -30,8 +29,11 @@ from .panels.time_slider import TimeSlider
 from .panels.views import FloatingViews
 from .panels.windows import Windows
 from .quiet_viser import renumber, set_title
+from .style import PAGE_STYLE, PANEL_WIDTH
+from .tools.address import Addresses
 from .tools.files import Files
 from .tools.gizmo import Gizmo
+from .tools.shortcuts import Shortcuts
 from .tools.shots import Shots
 from .view.world import World
 
@@ -83,6 +85,10 @@ class Page:
         self._parts: list[tuple[Guarded, Panel]] = []
         self._run = self._placed("the line of state", lambda: Run(gui, hands, address))
         self._slider = self._placed("the time slider", lambda: TimeSlider(gui, hands, self._report))
+        addresses = self._placed(
+            "the addresses of browsers",
+            lambda: Addresses(browser, hands, self._slider.turn_to, lambda: self._slider.step),
+        )
         self._is_kept = False
         """The server was asked to keep the past."""
 
@@ -111,7 +117,8 @@ class Page:
         with tabs.add_tab("Clients"):
             self._placed("the tab of clients", lambda: Clients(gui))
         with tabs.add_tab("View"):
-            self._world = World(browser, hands, mirror, gizmo)
+            self._world = World(browser, hands, mirror, gizmo, addresses.open)
+            self._placed("the keys of the page", lambda: Shortcuts(gui, hands, self._world))
             self._shots = Shots(gui, self._tell)
 
     def _placed(self, name: str, make: Callable[[], P]) -> P:

@@ -22,7 +22,7 @@ import secrets
 import socket
 import threading
 from dataclasses import dataclass
-from urllib.parse import SplitResult, parse_qs, urlsplit
+from urllib.parse import SplitResult, parse_qs, parse_qsl, urlencode, urlsplit
 
 from simx_server.browsers import Places, cookie_of, end_connection, is_of_another_page
 from simx_server.service.clients.admission.unfinished import Holder, Unfinished
@@ -134,7 +134,9 @@ class Rules:
         if shown and hmac.compare_digest(shown.encode(), token.encode()):
             # Removed from the address bar, where it could be seen or copied along with the address.
             cookie = f"{self.cookie}={token}; Path=/; HttpOnly; SameSite=Strict"
-            raise Refused("303 See Other", "", f"Set-Cookie: {cookie}", "Location: /")
+            raise Refused(
+                "303 See Other", "", f"Set-Cookie: {cookie}", f"Location: {_without(target, 'token')}"
+            )
         kept = cookie_of(headers.get("cookie", ""), self.cookie)
         if not hmac.compare_digest(kept.encode(), token.encode()):
             raise Refused(
@@ -295,6 +297,12 @@ def _parameter(target: str, name: str) -> str:
         return parse_qs(_split(target).query, max_num_fields=_MOST_FIELDS).get(name, [""])[-1]
     except ValueError:
         raise Refused("400 Bad Request", f"At most {_MOST_FIELDS} parameters.\n") from None
+
+
+def _without(target: str, name: str) -> str:
+    """Return the page with the parameters of an address, such as its view, except those of a name."""
+    kept = [(key, value) for key, value in parse_qsl(_split(target).query) if key != name]
+    return f"/?{urlencode(kept, safe=',')}" if kept else "/"
 
 
 def _shown(host: str) -> str:

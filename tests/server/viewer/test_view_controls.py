@@ -248,7 +248,7 @@ def test_ground_is_what_lies_flat_and_wide_or_is_a_plane(cell: Copy) -> None:
 
 def test_click_selects_a_table_and_on_the_floor_nothing(stage: Stage, browser: viser.ViserServer) -> None:
     mirror = Mirror()
-    world = World(browser, stage.hands, mirror, Gizmo(browser, stage.hands))
+    world = World(browser, stage.hands, mirror, Gizmo(browser, stage.hands), lambda _: None)
     world.update(stage.look())
     world.survey(stage.survey())
     assert mirror.copy is not None

@@ -169,7 +169,7 @@ def test_the_mode_of_the_mouse_shows_arrows_or_rings(
 def test_browsers_look_from_a_camera_that_a_script_has_chosen(
     stage: Stage, browser: viser.ViserServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    viewpoints, mirror = Viewpoints(browser), Mirror()
+    viewpoints, mirror = Viewpoints(browser, lambda _: None), Mirror()
     mirror.update(stage.look())
     assert mirror.copy is not None
     client = SimpleNamespace(camera=SimpleNamespace(), atomic=browser.atomic)

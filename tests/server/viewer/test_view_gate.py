@@ -201,6 +201,10 @@ def test_the_token_becomes_a_cookie_that_opens_page_and_websocket(open_gate: Gat
     answer = ask(open_gate, target=f"/?token={TOKEN}", host=f"{OTHERS}:{open_gate.port}")
     assert status(answer) == 303
     assert b"\r\nLocation: /\r\n" in answer
+    with_view = ask(
+        open_gate, target=f"/?at=1,2,3&token={TOKEN}&object=a%2523b", host=f"{OTHERS}:{open_gate.port}"
+    )
+    assert b"\r\nLocation: /?at=1,2,3&object=a%2523b\r\n" in with_view, "the view of a link is kept"
     given = re.search(rb"Set-Cookie: (\S+=\S+); Path=/; HttpOnly; SameSite=Strict\r\n", answer)
     assert given
     assert ask(open_gate, f"Cookie: {given[1].decode()}", host=f"{OTHERS}:{open_gate.port}").endswith(PAGE)

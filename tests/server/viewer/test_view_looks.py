@@ -117,7 +117,8 @@ def test_the_background_has_the_colours_of_the_skybox_above_the_horizon() -> Non
 
 def test_a_texture_of_a_cube_or_of_a_mesh_without_places_counts_with_its_mean_colour() -> None:
     model = copy_of(
-        """<asset><texture name="side" type="cube" builtin="flat" rgb1="0.8 0.4 0.2" rgb2="0.8 0.4 0.2" width="8" height="8"/>
+        """<asset>
+        <texture name="side" type="cube" builtin="flat" rgb1="0.8 0.4 0.2" rgb2="0.8 0.4 0.2" width="8" height="8"/>
         <material name="painted" texture="side"/></asset>
         <worldbody><geom type="sphere" size="1" material="painted"/></worldbody>"""
     ).model

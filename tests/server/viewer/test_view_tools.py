@@ -178,7 +178,7 @@ def test_presets_turn_one_browser_and_following_moves_all(
 ) -> None:
     one, other = Looker(), Looker()
     monkeypatch.setattr(bench.browser, "get_clients", lambda: {1: one, 2: other})
-    views = Viewpoints(bench.browser)
+    views = Viewpoints(bench.browser, lambda _: None)
     views.show(Content(np.array([0.5, -0.5, -0.5]), np.array([1.5, 0.5, 0.5])))
     before = other.camera.position.copy()
     group = bench.labelled(viser.GuiButtonGroupHandle, "Look from")
@@ -186,7 +186,7 @@ def test_presets_turn_one_browser_and_following_moves_all(
     for callback in group._impl.update_cb:
         callback(viser.GuiEvent(cast(Any, one), 1, group))
     height = one.camera.position[2]
-    assert 0.5 / (height - 0.5) < math.tan(0.6) < 1.4 * 0.5 / (height - 0.5), (
+    assert 0.5 / (height - 0.5) < math.tan(math.radians(25)) < 1.4 * 0.5 / (height - 0.5), (
         "the box is seen, and fills the view"
     )
     assert one.camera.position == pytest.approx([1.0, 0.0, height], abs=0.01)

@@ -141,7 +141,7 @@ def test_contact_forces_carry_the_weight(model: mujoco.MjModel) -> None:
 
 
 def test_contact_forces_that_stay_are_sent_once(browser: viser.ViserServer) -> None:
-    world = World(browser, cast(Any, None), Mirror(), Gizmo(browser, cast(Any, None)))
+    world = World(browser, cast(Any, None), Mirror(), Gizmo(browser, cast(Any, None)), lambda _: None)
     world._show_forces.value = True
     model = mujoco.MjModel.from_xml_string(SCENE)
     copy = Copy(model, mujoco.MjData(model))

@@ -29,7 +29,7 @@ _LEFT = 5
 
 _ERRORS = 5
 _LETTERS = 300
-_BLOCK = "padding:0 0.75em 0.75em;font-size:0.75em;overflow-x:auto"
+_BLOCK = "padding:0 0.75em 0.75em;font-size:0.85em;overflow-x:auto"
 _CELL = "padding:0.1em 0.4em 0.1em 0;overflow-wrap:anywhere"
 _NUMBER = f"{_CELL};text-align:right;white-space:nowrap"
 

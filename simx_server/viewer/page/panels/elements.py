@@ -16,38 +16,6 @@ HELD = 1.0
 """Seconds after a user has changed an element in which updates from the server do not change it."""
 
 
-PANEL_WIDTH = 464
-"""Width of the docked panel in pixels, as long as `PAGE_STYLE` does not make it a share of the window."""
-
-_DOCKED = f"width: {PANEL_WIDTH + 4}px"
-"""The style of a docked panel with its borders, until a user drags its edge: then it has another width."""
-
-_SHARE = "clamp(400px, 36.25%, 576px)"
-
-_SHEET = '.mantine-Paper-root[style*="position: fixed"][style*="bottom: 0"]'
-"""viser's panel in narrow windows."""
-
-PAGE_STYLE = f"""<style>
-.mantine-ScrollArea-content {{ padding-right: 0.6em; }}
-.mantine-ScrollArea-content .mantine-ScrollArea-content {{ padding-right: 0; }}
-[role=tablist] {{ flex-wrap: nowrap !important; overflow-x: auto; scrollbar-width: none; }}
-[role=tab] {{ padding-left: 0 !important; padding-right: 0 !important; flex: 1 1 auto !important; min-width: 0;
-  white-space: nowrap; letter-spacing: -0.02em; justify-content: center; text-align: center; }}
-div[style*="right: 0px"][style*="{_DOCKED}"] {{ width: {_SHARE} !important; }}
-div[style*="right: 0px"][style*="{_DOCKED}"] div[style*="{_DOCKED}"] {{ width: 100% !important; }}
-div[style*="inset: 0px {PANEL_WIDTH + 4}px 0px 0px"] {{ right: {_SHARE} !important; }}
-@media (max-width: 36em) {{
-  {_SHEET} {{ left: 0 !important; width: 100% !important; max-height: 50% !important; }}
-  {_SHEET} div[style*="width: 20em"] {{ width: 100% !important; }}
-  body:has({_SHEET} div[style*="width: 20em"] > div > div[style*="grid-template-rows: 1fr"])
-    div[style*="inset: 0px"]:has(> canvas) {{ bottom: 50% !important; }}
-}}
-</style>"""
-"""Space for the scroll bar, which viser draws over the right edge; all tabs in one row; the docked panel's share of the
-window. In narrow windows the panel is a sheet below the view, as wide as the window.
-"""
-
-
 def put(element: Any, **properties: Any) -> None:
     """Assign properties to an element of viser's, where they differ."""
     for name, value in properties.items():

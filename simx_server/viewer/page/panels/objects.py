@@ -44,6 +44,9 @@ class Objects:
         self._hands = hands
         self._items: dict[int, SceneItem] = {}
         self._parents: set[int] = set()
+        self._dull: set[int] = set()
+        """Objects folded at first since only cameras and lights are below them."""
+
         self._version = -1
         self._selection: list[int] = []
         self._is_open: dict[tuple[int, str], bool] = {}
@@ -55,7 +58,7 @@ class Objects:
 
         self._search = gui.add_text("Search", "", hint=_HELP)
         self._details = gui.add_html("", visible=False)
-        gui.add_html(f"<div style='{_SMALL};opacity:0.7'>{_HELP}</div>")
+        gui.add_html(f"<div class='simx-long' style='{_SMALL};opacity:0.8'>{_HELP}</div>")
         with gui.add_folder(None):
             gui.add_html(_STYLE)
             self._rows = [gui.add_button("", visible=False) for _ in range(ROWS)]
@@ -68,6 +71,7 @@ class Objects:
         if survey["tree"] is not None:
             self._items = {item["handle"]: item for item in robots_first(survey["tree"])}
             self._parents = {item["parent"] for item in survey["tree"]}
+            self._dull = without_bodies(survey["tree"])
             self._version = survey["tree_version"]
         selection = [handle for handle in look["selection"] if handle in self._items]
         if selection != self._selection:
@@ -141,7 +145,8 @@ class Objects:
                 yield item
 
     def _opens(self, item: SceneItem) -> bool:
-        return self._is_open.get(_key(item), item["depth"] < _OPEN_DEPTH and not item["is_model"])
+        opens = item["depth"] < _OPEN_DEPTH and not item["is_model"] and item["handle"] not in self._dull
+        return self._is_open.get(_key(item), opens)
 
     def _reveal(self, handles: Sequence[int]) -> None:
         """Open the objects in which these are folded."""
@@ -192,6 +197,20 @@ def robots_first(tree: Sequence[SceneItem]) -> list[SceneItem]:
         return -joints, not is_body, not any(item["type"] == "shape" for item in family)
 
     return [item for family in sorted(families, key=rank) for item in family]
+
+
+def without_bodies(tree: Sequence[SceneItem]) -> set[int]:
+    """Return the objects with only cameras, lights and dummies below them."""
+    parent_of = {item["handle"]: item["parent"] for item in tree}
+    dull = set(parent_of)
+    for item in tree:
+        if item["type"] in ("camera", "light", "dummy"):
+            continue
+        above = item["parent"]
+        while above in dull:
+            dull.discard(above)
+            above = parent_of[above]
+    return dull
 
 
 def _key(item: SceneItem) -> tuple[int, str]:

@@ -24,6 +24,8 @@ _SPEEDS: Mapping[str, float] = MappingProxyType(
 _LIT: Mapping[State, str] = MappingProxyType({"running": "Start", "paused": "Pause", "stopped": "Stop"})
 _LIT_STYLE = "background: var(--mantine-primary-color-filled); color: white; pointer-events: none;"
 _IDLE_STYLE = "opacity: 0.35; pointer-events: none;"
+_ADVICE = "padding:0 1em 0.5em;font-size:0.9em;line-height:1.45"
+_CODE = "margin:0.4em 0;padding:0.5em 0.7em;background:rgba(128,128,128,0.12);overflow-x:auto;user-select:all"
 _FAILURES = 3
 """Scripts that are named above the tabs when an error has stopped them; the tab of dialogs has all."""
 
@@ -37,7 +39,7 @@ class Run:
     def __init__(self, gui: viser.GuiApi, hands: Hands, address: str) -> None:
         self._address = address
         self._state = gui.add_html(_line("connecting…"))
-        self._hint = gui.add_markdown("", visible=False)
+        self._hint = gui.add_html("", visible=False)
         self._style = gui.add_html(_style(set(), {*_ACTIONS, *_SPEEDS}))  # for the two groups after it
         self._run = gui.add_button_group(
             "Run", tuple(_ACTIONS), hint="a stop brings back what was before the start"
@@ -82,23 +84,31 @@ class Run:
         """Do nothing."""
 
     def _advice(self, survey: Survey) -> str:
-        """Return advice for a new user as Markdown; empty when a client is at work."""
+        """Return advice for a new user as HTML; empty when a client is at work."""
         others = [each for each in survey["metrics"]["clients"] if not each["name"].startswith(OWN_NAME)]
         if others:
             return ""
         port = self._address.rpartition(":")[2]
-        return (
-            "No program is connected. Paste this into Python:\n"
-            "```python\n"
-            "import simx_client as vrep\n"
-            f"client = vrep.simxStart(\n    '127.0.0.1', {port}, True, True, 5000, 5)\n"
-            "```\n"
-            "or run an old script as it is: `simx-run script.py`.  \n"
+        how = (
+            f"Paste this into Python:{_program(port)}or run an old script as it is: <code>simx-run script.py</code><br>"
             "Or press Start, and turn joints by the keys R and F, T and G: tab Joints."
+        )
+        return (
+            f"<div class='simx-long' style='{_ADVICE}'>No program is connected. {how}</div>"
+            f"<details class='simx-brief' style='{_ADVICE}'><summary>No program is connected. How to connect one"
+            f"</summary>{how}</details>"
         )
 
     def _advise(self, text: str) -> None:
         put(self._hint, content=text, visible=bool(text))
+
+
+def _program(port: str) -> str:
+    """Return the lines of a program that connect it, as HTML."""
+    return (
+        f"<pre style='{_CODE}'>import simx_client as vrep\n"
+        f"client = vrep.simxStart(\n    '127.0.0.1', {html.escape(port)}, True, True, 5000, 5)</pre>"
+    )
 
 
 def _buttons(state: State, speed: float | None, *, is_waiting: bool) -> tuple[set[str], set[str]]:
@@ -132,7 +142,8 @@ def _line(text: str, *, small: bool = False) -> str:
     )
 
 
-def _make_one_step(client: Client) -> None:
+def make_one_step(client: Client) -> None:
+    """Make a simulation step, then pause."""
     client.call(ONE_STEP, ADD_ON, script_type=ADD_ON_TYPE)
 
 
@@ -145,6 +156,6 @@ _ACTIONS: Mapping[str, Callable[[Client], None]] = MappingProxyType(
         "Start": lambda client: client.simulation.start(),
         "Pause": lambda client: client.simulation.pause(),
         "Stop": lambda client: client.simulation.stop(),
-        "One step": _make_one_step,
+        "One step": make_one_step,
     }
 )

@@ -112,6 +112,10 @@ class TimeSlider:
             if past["call_before"] >= 0 and all(call["only_reads"] for call in past["calls"]):
                 self._turn_to(past["call_before"])
 
+    def turn_to(self, step: int) -> None:
+        """Show a past step, or the nearest one that is kept. Any thread."""
+        self._turn_to(step)
+
     def leave(self) -> None:
         """Show the present again."""
         self._step = self._past = None

@@ -44,4 +44,5 @@ def _of_skybox(pixels: NDArray[np.uint8]) -> NDArray[np.float64]:
             rows = rows[::-1]
     places = np.linspace(_HIGH, 0.5, _HEIGHT) * (size - 1)
     numbers = np.arange(size, dtype=float)
-    return np.column_stack([np.interp(places, numbers, rows[:, part]) for part in range(3)])
+    parts: list[NDArray[np.float64]] = [np.interp(places, numbers, rows[:, part]) for part in range(3)]
+    return np.column_stack(parts)

@@ -128,6 +128,10 @@ class Lights:
             self._scene.set_background_image(image, format="png")
         self.follow(copy)
 
+    def toggle_shadows(self) -> None:
+        """Switch shadows on or off; the next update shows it. Any thread."""
+        self._shadows.value = not self._shadows.value
+
     @property
     def is_stale(self) -> bool:
         """Return whether the choice of shadows has changed."""

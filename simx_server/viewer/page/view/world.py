@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
@@ -11,6 +12,7 @@ import viser
 from simx_server.viewer.messages import Look, SceneItem, Sensing, Survey
 from simx_server.viewer.page.link import Hands, make
 from simx_server.viewer.page.mirror import Copy, Mirror
+from simx_server.viewer.page.tools.address import View
 from simx_server.viewer.page.tools.gizmo import Gizmo
 from simx_server.viewer.page.tools.sensors import FORCE_LENGTH, LONGEST_ARROW, Sensors
 from simx_server.viewer.page.tools.viewpoints import Viewpoints
@@ -33,7 +35,14 @@ _FORCE = (220, 40, 60)
 class World:
     """Owns the 3-D view. `update` and `survey` on the viewer's thread."""
 
-    def __init__(self, browser: viser.ViserServer, hands: Hands, mirror: Mirror, gizmo: Gizmo) -> None:
+    def __init__(
+        self,
+        browser: viser.ViserServer,
+        hands: Hands,
+        mirror: Mirror,
+        gizmo: Gizmo,
+        open_address: Callable[[viser.ClientHandle], View | None],
+    ) -> None:
         self._browser, self._hands, self._gizmo = browser, hands, gizmo
         self._mirror = mirror
         self._drawings = Drawings(browser.scene)
@@ -62,7 +71,7 @@ class World:
         self._show_drawings = gui.add_checkbox("Drawing objects", True, hint="what scripts have drawn")
         self._lights = Lights(browser.scene, gui)
         self._sensors = Sensors(browser.scene, gui)
-        self._viewpoints = Viewpoints(browser)
+        self.viewpoints = Viewpoints(browser, open_address)
         self._extent = 2.0
         self._turns = 0
         """How often a script has chosen a camera for the window."""
@@ -84,16 +93,29 @@ class World:
         if is_new:
             self._lights.update(copy)  # its background
             self._extent = copy.extent
-            self._viewpoints.show(copy.content)
+            self.viewpoints.show(copy.content)
         elif is_reshaped or self._lights.is_stale:
             self._lights.follow(copy)
-        self._viewpoints.update(copy, self._places_of, look["selection"])
+        self.viewpoints.update(copy, self._places_of, look["selection"])
         self._gizmo.update(copy, self._places_of, look["selection"], is_past=self._mirror.is_past)
 
     @property
     def wants_sensing(self) -> bool:
         """Return whether readings of sensors are shown."""
         return self._sensors.are_wanted and not self._mirror.is_past
+
+    def focus(self, client: viser.ClientHandle | None) -> None:
+        """Look at the selected object in one browser; at the whole scene if none is selected."""
+        copy = self._mirror.copy
+        place = next((self._places_of[each] for each in self._selected if each in self._places_of), None)
+        if copy is None or place is None:
+            self.viewpoints.reset(client)
+        else:
+            self.viewpoints.focus(client, copy, *place)
+
+    def toggle_shadows(self) -> None:
+        """Switch shadows on or off, in all browsers."""
+        self._lights.toggle_shadows()
 
     def sense(self, sensing: Sensing | None) -> None:
         """Show readings of sensors; None: none."""
@@ -111,7 +133,7 @@ class World:
             self._turns = views["turns"]
             element, number = self._places_of.get(views["camera"], ("", -1))
             if element == "camera":
-                self._viewpoints.look_from_camera(self._mirror.copy, number)
+                self.viewpoints.look_from_camera(self._mirror.copy, number)
         if survey["drawings"] is not None:
             self._drawings.update(survey["drawings"])
         self._drawings.frame.visible = self._show_drawings.value
