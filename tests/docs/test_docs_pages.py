@@ -22,6 +22,7 @@ import simx_client as v
 from simx_client.checking import command as check
 from simx_client.transport.redirect import VARIABLE, format_redirects
 from simx_server.app import cli
+from simx_server.files.library import list_scenes
 from simx_server.joints.state import bind, initial_state
 from simx_server.scene.formats.annotations import GRAMMAR
 from simx_server.scene.formats.loader import load_scene, load_text
@@ -237,8 +238,18 @@ def test_indented_programs_run(room: ServerProcess, monkeypatch: pytest.MonkeyPa
 
 def test_view_page_has_every_tab() -> None:
     composition = (ROOT / "simx_server" / "viewer" / "page" / "composition.py").read_text(encoding="utf-8")
-    shown = re.findall(r"^\| (\w+) \|", page("view.md"), re.MULTILINE)
+    tabs = page("view.md").partition("\n## Keys\n")[0]
+    shown = re.findall(r"^\| (\w+) \|", tabs, re.MULTILINE)
     assert shown[1:] == re.findall(r'add_tab\("(\w+)"\)', composition)
+
+
+def test_view_page_has_every_key() -> None:
+    source = (ROOT / "simx_server/viewer/page/tools/shortcuts.py").read_text(encoding="utf-8")
+    keys = page("view.md").partition("\n## Keys\n")[2].partition("\n## ")[0]
+    shown = re.findall(r"^\| ([^|]+) \|", keys, re.MULTILINE)
+    named = {word for cell in shown[1:] for word in re.split(r",? ", cell)}
+    assert {"Space", "0", "Home"} <= named
+    assert set(re.findall(r'Shortcut\("[^"]+", "([^"]+)"', source)) <= named
 
 
 def test_view_page_commands_are_understood(capsys: pytest.CaptureFixture[str]) -> None:
@@ -328,3 +339,14 @@ def test_drawing_is_the_one_that_its_program_makes(tmp_path: Path, monkeypatch: 
     assert shown is not None
     # Fonts and edges may differ a little from one OpenCV to the next.
     assert (cv2.absdiff(made, shown) > 40).mean() < 0.02
+
+
+def test_the_gallery_has_a_small_picture_and_a_command_for_each_scene() -> None:
+    text = page("gallery.md")
+    files = {path.stem: path.stat().st_size for path in (DOCS / "pictures" / "gallery").iterdir()}
+    assert sorted(files) == sorted(list_scenes())
+    assert max(files.values()) <= 30_000
+    assert sum(files.values()) <= 700_000
+    for scene in files:
+        row = rf"^\| !\[{scene}\]\(pictures/gallery/{scene}\.webp\) \| .+ \| `simx-server {scene} --view` \|$"
+        assert len(re.findall(row, text, re.MULTILINE)) == 1, scene

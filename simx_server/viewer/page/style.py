@@ -14,7 +14,7 @@ _DOCKED = f"width: {PANEL_WIDTH + 4}px"
 
 _PANEL = f'div[style*="right: 0px"][style*="{_DOCKED}"]'
 _CANVAS = f'div[style*="inset: 0px {PANEL_WIDTH + 4}px 0px 0px"]'
-"""What holds the 3-D view beside a docked panel."""
+"""The element of the 3-D view beside a docked panel."""
 
 _SHARE = "clamp(400px, 36.25%, 576px)"
 

@@ -47,7 +47,7 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class View:
-    """What an address names. Metres in the world; degrees."""
+    """The camera that an address names. Metres in the world; degrees."""
 
     at: Point
     to: Point

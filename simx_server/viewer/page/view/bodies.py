@@ -12,7 +12,7 @@ import viser
 _SELECTED = (255, 140, 0)
 
 _SHADOW = 0.35
-"""Darkness of a shadow, the same for all lights: viser spreads a light over three, each with a shadow of its own."""
+"""Darkness of a shadow, the same for all lights: viser spreads a light over three, each with its own shadow."""
 
 
 class Body:
