@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import mujoco
@@ -45,7 +46,7 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """An image on one geom."""
+    """An image on one geom, with the colours of a browser's materials."""
 
     image: Image.Image
 
@@ -68,7 +69,7 @@ def look_of(model: mujoco.MjModel, geom: int) -> Look:
         pixels = pixels_of(model, number)
         is_placed = int(model.geom_type[geom]) != _MESH or model.mesh_texcoordnum[model.geom_dataid[geom]] > 0
         if int(model.tex_type[number]) == _FLAT and is_placed:
-            texture = Texture(_image(pixels))
+            texture = Texture(_image(pixels.tobytes(), pixels.shape))
         else:
             rgba[:3] *= _mean(pixels)
     return Look(_rounded(rgba), roughness, emission, texture)
@@ -100,7 +101,7 @@ def textured(look: Look, uv: NDArray[np.float64] | None) -> trimesh.visual.Textu
     if look.emission > 0:
         material.emissiveFactor = np.clip(look.emission * albedo(np.array(look.rgba[:3])), 0, 1)
     if look.texture is not None:
-        material.baseColorTexture = paper(look.texture.image)
+        material.baseColorTexture = look.texture.image
     return trimesh.visual.TextureVisuals(uv=uv if look.texture is not None else None, material=material)
 
 
@@ -128,8 +129,9 @@ def _mean(pixels: NDArray[np.uint8]) -> NDArray[np.float64]:
     return painted.mean(axis=0) / 255 if len(painted) else np.zeros(3)
 
 
-def _image(pixels: NDArray[np.uint8]) -> Image.Image:
-    """Return the texture as an image, its highest row first, not larger than a browser needs."""
-    image = Image.fromarray(np.ascontiguousarray(pixels[::-1]))
+@lru_cache(maxsize=8)
+def _image(pixels: bytes, shape: tuple[int, ...]) -> Image.Image:
+    """Return a texture as an image for the browser, its highest row first; many geoms may have the same."""
+    image = Image.fromarray(np.frombuffer(pixels, np.uint8).reshape(shape)[::-1].copy())
     image.thumbnail((_LARGEST, _LARGEST))
-    return image
+    return paper(image)

@@ -96,7 +96,7 @@ def pixels(page: Page) -> Any:
 def canvas(page: Page) -> dict[str, float]:
     box = page.locator("canvas").last.bounding_box()
     assert box is not None
-    return dict(box)
+    return {"width": box["width"], "height": box["height"]}
 
 
 def test_a_desktop_needs_no_scroll_bar_at_first(screen: Callable[..., Page]) -> None:
