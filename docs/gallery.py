@@ -62,6 +62,8 @@ def draw(browser: Browser, scene: str) -> Path:
                 while client.simulation.time < SECONDS:
                     page.wait_for_timeout(50)
                 client.simulation.pause()
+                page.mouse.click(20, 20)
+                page.keyboard.press("b")  # shadows, off at first where software draws
                 picture = _at_rest(page)
                 page.close()
         finally:

@@ -87,7 +87,13 @@ class Page:
         self._slider = self._placed("the time slider", lambda: TimeSlider(gui, hands, self._report))
         addresses = self._placed(
             "the addresses of browsers",
-            lambda: Addresses(browser, hands, self._slider.turn_to, lambda: self._slider.step),
+            lambda: Addresses(
+                browser,
+                hands,
+                self._slider.turn_to,
+                lambda: self._slider.step,
+                lambda: self._world.spare_shadows(),
+            ),
         )
         self._is_kept = False
         """The server was asked to keep the past."""

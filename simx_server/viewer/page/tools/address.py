@@ -121,21 +121,36 @@ def _point(fields: Sequence[str] | None) -> Point | None:
     return None if values is None else (values[0], values[1], values[2])
 
 
-def read_address(client: viser.ClientHandle) -> Address:
-    """Return what stands behind the ? in a browser. On a thread that may wait."""
+@dataclass(frozen=True)
+class Told:
+    """Hold the answer of a new browser."""
+
+    address: Address = Address()
+    draws_by_software: bool = False
+
+
+_TELL = """try {
+  const gl = document.createElement("canvas").getContext("webgl");
+  const info = gl && gl.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  const slow = /swiftshader|llvmpipe|software|basic render/i.test(name) ? "slow" : "";
+  localStorage.setItem(KEY, slow + "?" + location.search.slice(1, MOST));
+} catch (_) {}"""
+"""JavaScript that stores how the browser draws, and what stands behind the ?."""
+
+
+def ask(client: viser.ClientHandle) -> Told:
+    """Return what a browser tells. On a thread that may wait."""
     key = f"simx-address-{client.client_id}"
-    stored = json.dumps(_NAMESPACE + key)
-    run(
-        client,
-        f"try {{ localStorage.setItem({stored}, location.search.slice(1, {MOST_LETTERS})) }} catch (_) {{}}",
-    )
+    run(client, _TELL.replace("KEY", json.dumps(_NAMESPACE + key)).replace("MOST", str(MOST_LETTERS)))
     try:
         text = client.local_storage.get_item(key, timeout=_WITHIN)
         client.local_storage.remove_item(key)
     except (RuntimeError, TimeoutError) as reason:  # it keeps nothing, or has gone
         logger.debug("the address of a browser cannot be read: %s", reason)
-        return Address()
-    return parse(text or "")
+        return Told()
+    slow, _, search = (text or "").partition("?")
+    return Told(parse(search), slow == "slow")
 
 
 def run(client: viser.ClientHandle, script: str) -> None:
@@ -164,9 +179,19 @@ class Addresses:
         hands: Hands,
         turn_to: Callable[[int], None],
         step: Callable[[], int | None],
+        on_slow: Callable[[], None],
     ) -> None:
-        """Make them; `turn_to` shows a past step, `step` returns the one that is shown."""
+        """Make them.
+
+        Args:
+            browser: viser's server.
+            hands: what selects an object.
+            turn_to: shows a past step.
+            step: returns the past step that is shown.
+            on_slow: called when a browser comes that draws by software.
+        """
         self._browser, self._hands, self._turn_to, self._step = browser, hands, turn_to, step
+        self._on_slow = on_slow
         self._opened: dict[int, Address] = {}
         """By browser that has come: its address, until all of it is shown."""
 
@@ -177,9 +202,11 @@ class Addresses:
 
     def open(self, client: viser.ClientHandle) -> View | None:
         """Read the address of a browser that has come; return its camera's view. On a thread that may wait."""
-        address = read_address(client)
-        self._opened[client.client_id] = address
-        return address.view
+        told = ask(client)
+        if told.draws_by_software:
+            self._on_slow()
+        self._opened[client.client_id] = told.address
+        return told.address.view
 
     def update(self, survey: Survey, look: Look) -> None:
         """Show what new browsers have in their addresses; write what the others show."""

@@ -114,8 +114,12 @@ class Lights:
         self._shown: tuple[Lit, bool] | None = None
         self._handles: list[viser.AmbientLightHandle | viser.DirectionalLightHandle] = []
         self._shadows = gui.add_checkbox(
-            "Shadows", True, hint="of one light; switch them off if the browser turns the view slowly"
+            "Shadows", True, hint="off at first if a browser draws by software: they make it twice as slow"
         )
+        self._is_chosen = False
+        """A user has switched shadows on or off."""
+
+        self._shadows.on_update(self._choose)
         self._behind = b""
         scene.configure_default_lights(enabled=False)
         scene.configure_environment_map(None)
@@ -130,7 +134,16 @@ class Lights:
 
     def toggle_shadows(self) -> None:
         """Switch shadows on or off; the next update shows it. Any thread."""
+        self._is_chosen = True
         self._shadows.value = not self._shadows.value
+
+    def spare_shadows(self) -> None:
+        """Switch shadows off, unless a user has chosen. Any thread."""
+        if not self._is_chosen:
+            self._shadows.value = False
+
+    def _choose(self, event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+        self._is_chosen |= event.client is not None
 
     @property
     def is_stale(self) -> bool:

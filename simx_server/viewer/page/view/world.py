@@ -117,6 +117,10 @@ class World:
         """Switch shadows on or off, in all browsers."""
         self._lights.toggle_shadows()
 
+    def spare_shadows(self) -> None:
+        """Switch shadows off for a slow browser, unless a user has chosen."""
+        self._lights.spare_shadows()
+
     def sense(self, sensing: Sensing | None) -> None:
         """Show readings of sensors; None: none."""
         self._sensors.update(sensing)

@@ -98,6 +98,17 @@ def test_shadows_can_be_switched_off(browser: viser.ViserServer) -> None:
     lights.follow(copy)
     assert casters(browser) == []
     assert not lights.is_stale
+    lights.toggle_shadows()
+    lights.spare_shadows()
+    lights.follow(copy)
+    assert casters(browser) == ["/lights/0"], "chosen by a user"
+
+
+def test_a_browser_that_draws_by_software_has_no_shadows_at_first(browser: viser.ViserServer) -> None:
+    lights = Lights(browser.scene, browser.gui)
+    lights.spare_shadows()
+    lights.update(copy_of("<worldbody><light type='directional' dir='0 0 -1'/></worldbody>"))
+    assert casters(browser) == []
 
 
 def casters(browser: viser.ViserServer) -> list[str]:
