@@ -121,6 +121,7 @@ def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None
     assets = Assets.of(filter(None, map(spec.geom, doomed["geom"])))
     for reference in _references(spec, doomed):
         spec.delete(reference)
+    _delete_bodies(spec, [name for element, name in wanted if element == "body"])
     for element, name in wanted:
         found = getattr(spec, element)(name)  # None: it was deleted with its body
         if found is not None:
@@ -128,6 +129,24 @@ def delete_all(spec: mujoco.MjSpec, elements: Iterable[tuple[str, str]]) -> None
     for name in carriers - doomed["body"]:
         keep_movable(spec, name)
     assets.delete_unused(spec)
+
+
+def _delete_bodies(spec: mujoco.MjSpec, names: Iterable[str]) -> None:
+    """Delete bodies, those of one parent together: MuJoCo copies the whole spec for each deletion."""
+    of_parent: dict[str, list[str]] = {}
+    for name in dict.fromkeys(names):
+        if (body := spec.body(name)) is not None:
+            of_parent.setdefault(body.parent.name, []).append(name)
+    for parent, children in of_parent.items():
+        # None: it was deleted with one above it.
+        bodies: list[Any] = [body for name in children if (body := spec.body(name)) is not None]
+        if len(bodies) == 1:
+            spec.delete(bodies[0])
+        elif bodies:
+            together = find_body(spec, parent).add_frame()
+            for body in bodies:
+                body.set_frame(together)
+            spec.delete(together)
 
 
 def gather_geoms(spec: mujoco.MjSpec, name: str) -> None:
