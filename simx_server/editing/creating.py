@@ -15,6 +15,7 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
+from simx_server.scene.editing.waiting.shapes import add_shape
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.loader import prepare
 from simx_server.scene.formats.loose_meshes import settle
@@ -66,6 +67,8 @@ def add(
     build: Callable[[mujoco.MjSpec, str], None],
     notes: Mapping[str, Annotation] | None = None,
     hidden: Sequence[str] = (),
+    *,
+    may_wait: bool = False,
 ) -> int:
     """Add the object that `build` makes in an empty spec under a given name; return its handle.
 
@@ -75,6 +78,7 @@ def add(
         build: makes the element in a spec, given its name.
         notes: annotations by kind.
         hidden: names of bodies without an object.
+        may_wait: it is one body and no more, which can wait for a compile of many (`scene/editing/waiting`).
 
     Raises CommandError.
     """
@@ -86,11 +90,24 @@ def add(
     spec = mujoco.MjSpec()
     build(spec, name)
     prepare(spec)
-    annotations = {name: {kind: dict(note) for kind, note in notes.items()}} if notes else {}
+    own = {kind: dict(note) for kind, note in notes.items()} if notes else {}
+    if may_wait and (handle := _add_waiting(world, spec, name, own)) is not None:
+        return handle
+    annotations = {name: own} if own else {}
     handles = graft(sim, Graft(spec, {(element, name): name}, annotations, hidden=hidden))
     world.object_settings.apply_masks()
     sim.changed()
     return handles[element, name]
+
+
+def _add_waiting(world: World, spec: mujoco.MjSpec, name: str, notes: dict[str, Annotation]) -> int | None:
+    """Add a shape that waits for the compile; return its handle, or None if it has to be compiled at once."""
+    sim, settings = world.simulation, world.object_settings
+    if sim.waiting is None:
+        if settings.masks_concern_new_shapes:
+            return None
+        settings.apply_masks()
+    return add_shape(sim, spec, name, notes)
 
 
 def create_primitive(world: World, kind: str, sizes: Sequence[float], body: Body) -> int:
@@ -121,7 +138,7 @@ def create_primitive(world: World, kind: str, sizes: Sequence[float], body: Body
             case _:
                 _use_mesh(spec, geom, *_cone(x, y, z))
 
-    return _add_shape(world, kind.capitalize(), fill, body)
+    return _add_shape(world, kind.capitalize(), fill, body, may_wait=True)
 
 
 def create_mesh(world: World, points: np.ndarray, faces: np.ndarray, stem: str, body: Body) -> int:
@@ -184,6 +201,8 @@ def _add_shape(
     fill: Callable[[mujoco.MjSpec, Any], None],
     body: Body,
     place: Sequence[float] = (0.0, 0.0, 0.0),
+    *,
+    may_wait: bool = False,
 ) -> int:
     def build(spec: mujoco.MjSpec, name: str) -> None:
         made = spec.worldbody.add_body(name=name, pos=list(place))
@@ -194,7 +213,7 @@ def _add_shape(
         fill(spec, geom)
 
     notes: dict[str, Annotation] = {"shape": dict.fromkeys(body.lacks, False)} if body.lacks else {}
-    return add(world, stem, "body", build, notes)
+    return add(world, stem, "body", build, notes, may_wait=may_wait)
 
 
 def _weigh_flat(geom: Any, sides: np.ndarray, mass: float) -> None:

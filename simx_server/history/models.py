@@ -25,7 +25,8 @@ from .packing import NotPackable, pack, unpack
 
 _OF_SCENE = (
     "objects", "path", "next_handle", "annotations", "parent_overrides", "welded_bodies", "weightless_bodies",
-    "hidden_bodies", "unseen_sites", "slots", "model_properties", "made_static", "withheld", "owners",
+    "hidden_bodies", "unseen_sites", "slots", "is_edited_in_place", "model_properties", "made_static", "withheld",
+    "owners",
 )  # fmt: skip
 """Attributes of a scene that do not follow from others."""
 

@@ -272,6 +272,12 @@ class ObjectSettings(Part):
         if masks or governed_shapes(self._sim):
             set_masks(self._sim, masks)
 
+    @property
+    def masks_concern_new_shapes(self) -> bool:
+        """Return whether `apply_masks` has anything to do after a new shape: some mask keeps pairs of bodies apart."""
+        governed = {item.handle for item in governed_shapes(self._sim)}
+        return not self._masks().keys() <= governed
+
     def _masks(self) -> dict[int, int]:
         annotated = {*self._annotated("shape", "mask"), *self._annotated("shape", "pair_mask")}
         objects = self._sim.scene.objects
@@ -323,6 +329,8 @@ class ObjectSettings(Part):
         item = self._sim.scene.get(handle)
         if item.kind != ObjectKind.SHAPE:
             return True
+        if self._sim.waiting is not None and handle in self._sim.waiting.handles:
+            return True  # nothing has hidden a new shape yet
         model, scene = self._sim.model, self._sim.scene
         return any(
             scene.withheld.get((model.geom(geom).name, "geom_group"), model.geom_group[geom])

@@ -174,6 +174,11 @@ class ShapeColors(Part):
         _check(component)
         if len(values) < (1 if component == TRANSPARENCY else 3):
             raise CommandError("a colour is {red, green, blue}, each 0 to 1")
+        waiting = self._sim.waiting
+        is_plain = component in (AMBIENT_DIFFUSE, TRANSPARENCY) and not name
+        if is_plain and waiting is not None and handle in waiting.handles:
+            waiting.call(lambda: self.set(handle, component, values))
+            return 1  # a new shape has one part
         if component in (SPECULAR, EMISSION):
             self._give_materials(self._geoms(handle, name))
         geoms = self._geoms(handle, name)

@@ -123,7 +123,9 @@ class Scene:
         self.objects: dict[int, SceneObject] = dict(objects)
         self._spec = spec
         self._owed: tuple[Change, ...] = ()
-        """Changes that the model has and the spec has not, in their order."""
+        """Changes that the spec has not got yet, in their order."""
+        self.is_edited_in_place = False
+        """The model has edits that were made without a compile: the next one numbers its elements differently."""
         self.path = path
         self.next_handle = next_handle
         self.annotations = annotations if annotations is not None else Annotations()
@@ -190,13 +192,25 @@ class Scene:
             self._spec, self._owed = spec, ()
         return self._spec
 
-    def twin(self, change: Change) -> Scene:
-        """Return a scene of the same model, in which an edit without a compile can be made.
+    def owe(self, change: Change) -> None:
+        """Note a change that is made in the spec when the spec is needed."""
+        self._owed = (*self._owed, change)
 
-        The original is kept, as that of a model before an edit is: the stop may restore it.
+    def edited_in_place(self, change: Change) -> Scene:
+        """Return a twin, in which an edit without a compile can be made.
 
         Args:
-            change: does to the spec what the edit does to the model; it is made when the spec is needed.
+            change: does to the spec what the edit does to the model.
+        """
+        twin = self.twin()
+        twin.owe(change)
+        twin.is_edited_in_place = True
+        return twin
+
+    def twin(self) -> Scene:
+        """Return a scene of the same model that can be edited.
+
+        The original is kept, as that of a model before an edit is: the stop may restore it.
         """
         twin = object.__new__(Scene)
         twin.__dict__.update(self.__dict__)
@@ -204,7 +218,6 @@ class Scene:
             setattr(twin, name, getattr(self, name).copy())
         for name in ("weightless_bodies", "made_static", "owners"):
             setattr(twin, name, getattr(self, name).copy())
-        twin._owed = (*self._owed, change)
         twin._of_kind, twin._overridden = {}, {}
         twin.reindex()
         return twin
@@ -212,7 +225,7 @@ class Scene:
     @property
     def name(self) -> str:
         """Return the file stem, or the model's name of a scene without a file."""
-        return self.path.stem if self.path is not None else self.spec.modelname or "empty"
+        return self.path.stem if self.path is not None else self._spec.modelname or "empty"
 
     def reindex(self) -> None:
         """Discard the look-up tables after objects or parents changed. Each is rebuilt at its next use."""
@@ -220,6 +233,17 @@ class Scene:
         self._forget_tree()
         self._by_element = None
         self._by_name = None
+
+    def append(self, item: SceneObject) -> None:
+        """Add an object with the next handle, at the top of the tree."""
+        self.objects[item.handle] = item
+        self.next_handle = item.handle + 1
+        self._of_kind.clear()
+        self._forget_tree()
+        if self._by_element is not None:
+            self._by_element[item.element, item.id] = item.handle
+        if self._by_name is not None:
+            self._by_name[item.name] = item.handle
 
     def recall(
         self,

@@ -150,6 +150,10 @@ class Scripts(Part):
             self._is_loading = False
             self._phases.call_customizations("sysCall_afterLoad")
 
+    def scene_edited(self) -> None:
+        self._find_more()
+        self._phases.objects.note_changes()
+
     def copying_objects(self, handles: Collection[int]) -> None:
         self.of_objects.before_copy(handles)
 

@@ -36,6 +36,9 @@ class Part:
             twins: the elements that an edit kept; None after a load, a close, and a stop that reverts an edit.
         """
 
+    def scene_edited(self) -> None:
+        """React to shapes that the scene has got or lost; `model_changed` follows when the model is compiled."""
+
     def copying_objects(self, handles: Collection[int]) -> None:
         """React before objects are copied. The scene may be changed here; objects that are removed are not copied."""
 

@@ -27,6 +27,7 @@ from simx_server.joints.watch import StepFailed, TooSlow
 from simx_server.limits import Limits
 from simx_server.scene import properties
 from simx_server.scene.editing.model_state import editable_arrays
+from simx_server.scene.editing.waiting.compiling import compile_waiting
 from simx_server.scene.finding.scene_files import SceneFiles
 from simx_server.scene.formats.jacobian import solver_problem
 from simx_server.scene.formats.loader import default_scene, empty_scene, load_scene
@@ -36,6 +37,7 @@ from simx_server.scene.poses.first_turns import set_turns
 from simx_server.scene.poses.pose_copies import PresentPoses
 
 from . import physics_warnings
+from .compiled import Compiled
 from .interruptions import Interruptions
 from .part import Part
 from .physics_callbacks import PhysicsCalls
@@ -45,6 +47,7 @@ from .surfaces import Surfaces
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
+    from simx_server.scene.editing.waiting.waiting import Waiting
 
 logger = logging.getLogger(__name__)
 
@@ -74,6 +77,9 @@ class SimulationState(Enum):
 
 class Simulation:
     """Model, data, joints, time, start and stop; the attached parts are notified of its events."""
+
+    model = Compiled[mujoco.MjModel]()
+    data = Compiled[mujoco.MjData]()
 
     def __init__(self, limits: Limits | None = None, files: SceneFiles | None = None) -> None:
         """Make a simulation of the empty scene.
@@ -129,6 +135,8 @@ class Simulation:
         self._too_slow: tuple[int, int, str] | None = None
         """The version of state and model with which a run could not make its first step, and the reason."""
 
+        self.waiting: Waiting | None = None
+        """Edits that the model has not got yet."""
         self._stale = False
         self.is_rearranged = True
         """State or model was written since the last physics."""
@@ -273,6 +281,7 @@ class Simulation:
     ) -> None:
         """Replace the scene by one that is built already; `is_of_client`: from a file that a client sent."""
         self._require_stopped("a scene can be loaded")
+        self.compile_edits()
         self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
         data = self._first_state(scene, model)
         self.tell(lambda part: part.scene_closing())
@@ -309,6 +318,7 @@ class Simulation:
             return
         if self.state == SimulationState.RUNNING:
             return
+        self.compile_edits()
         self._refuse_what_was_too_slow()
         self.foresight.begin_run()
         self._tell_of_run("run_starting")
@@ -336,6 +346,7 @@ class Simulation:
 
     def remember_parts(self, before: Memories | None) -> Memories:
         """Return what each part needs to go on from here, for `recall_parts`; `before` itself if that is the same."""
+        self.compile_edits()
         memories = [(part, part.remember()) for part in self.remembering]
         if before is None or len(before) != len(memories):
             return memories
@@ -359,6 +370,7 @@ class Simulation:
         """End the run and restore, bit for bit, the state saved at its start."""
         if self.state == SimulationState.STOPPED or self._snapshot is None:
             return
+        self.compile_edits()
         self.is_stopping = True
         self._prepare_stop()
         self.state = SimulationState.STOPPED
@@ -555,6 +567,22 @@ class Simulation:
             kinematics.update(self.model, self.data)
         self._stale = False
 
+    def hold(self, waiting: Waiting) -> None:
+        """Continue with a scene whose model is compiled when something reads it."""
+        if self.waiting is None:
+            self.waiting, self.scene = waiting, waiting.scene
+            del self.model, self.data
+        self.model_edited()
+        self.changed()
+        self.tell(lambda part: part.scene_edited())
+
+    def compile_edits(self) -> None:
+        """Compile the edits that wait, if there are any. A read of `model` or `data` calls this."""
+        waiting, self.waiting = self.waiting, None
+        if waiting is not None:
+            self.scene, self.model, self.data = waiting.before, waiting.model, waiting.data
+            compile_waiting(self, waiting)
+
     def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, twins: Twins) -> None:
         """Continue with an edited scene whose state was carried over (see `scene/editing/editing.py`)."""
         self._take(scene, model, data)
@@ -624,6 +652,7 @@ class Simulation:
 
     def _take(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """Hold them; log what this MuJoCo solves wrongly, once while it lasts."""
+        self.waiting = None
         self.scene, self.model, self.data = scene, model, data
         known, self._solver_problem = self._solver_problem, solver_problem(model)
         if self._solver_problem and not known:

@@ -119,6 +119,7 @@ class World:
         ("scripts' actuation", lambda world: world.scripts.has_work and world.scripts.actuate),
         ("paths", lambda world: world.paths.has_work and world.paths.move),
         ("inverse kinematics", lambda world: world.ik_groups.has_work and world.ik_groups.handle_automatic),
+        ("edits that wait", lambda world: world.simulation.compile_edits),
         (
             "first velocities of placed shapes",
             lambda world: world.object_settings.has_work and world.object_settings.launch_placed,

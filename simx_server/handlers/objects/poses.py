@@ -78,6 +78,9 @@ def _launch(world: World, handle: int) -> None:
     sim = world.simulation
     if sim.is_running:
         placed = handle & ~frames.JOINT_BASE_FLAG
+        if sim.waiting is not None and placed in sim.waiting.handles:
+            sim.waiting.call(lambda: _launch(world, placed))
+            return
         world.object_settings.launch([placed, *sim.scene.descendants(placed)])
 
 

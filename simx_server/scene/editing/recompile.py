@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
     from simx_server.scene.objects import Scene
 
+    from .in_place.slots import Slots
+
 Surgery = Callable[[mujoco.MjSpec], None]
 
 
@@ -55,15 +57,6 @@ def edit(
     if added is not None:
         sim.limits.check("objects", len(old.objects) + len(added.names), "remove some")
     spec, slots = old.spec.copy(), old.slots.renewed()
-    try:
-        surgery(spec)
-        file_assets(spec)
-        # The warnings were logged when the scene was loaded.
-        model = compile_spec(spec, logging.DEBUG, old.files, slots)
-    except (ValueError, mujoco.FatalError, SceneError) as error:
-        raise _refusal(error) from error
-    data = mujoco.MjData(model)
-    twins = Twins(old.names or Names(sim.model), model)
     weights = old.weightless_bodies if weightless is None else weightless
     copies = added.prefix if added is not None and added.copies else None
     # A body that only replaces a copy's missing link keeps its given weight.
@@ -72,16 +65,19 @@ def edit(
         *(old.weightless_bodies ^ weights),
         *(added.hidden if added is not None else ()),
     }
+    try:
+        surgery(spec)
+        model = compile_edited(spec, old, slots)
+    except (ValueError, mujoco.FatalError, SceneError) as error:
+        raise refusal(error) from error
+    data = mujoco.MjData(model)
+    twins = Twins(old.names or Names(sim.model), model)
     differs = carry_over(sim.model, sim.data, model, data, twins, moved, own_weight, copies)
     if added is not None:
         added.start.put_into(model, data)
     differs |= take_weight(model, weights)
     if differs:
-        # Compute the solver's values from masses and places: the carried ones differ from the compiled ones.
-        try:
-            mujoco.mj_setConst(model, mujoco.MjData(model))
-        except mujoco.FatalError as error:  # a client may have set weights to 0
-            raise _refusal(error) from error
+        set_constants(model)
     hidden_bodies = old.hidden_bodies | ({hidden} if hidden is not None else set[str]())
     annotations, names = old.annotations, None
     if added is not None:
@@ -118,12 +114,36 @@ def edit(
     sim.replace_model(scene, model, data, twins)
 
 
+def compile_edited(spec: mujoco.MjSpec, old: Scene, slots: Slots) -> mujoco.MjModel:
+    """Compile the spec of an edited scene. Raises as `spec.compile`.
+
+    Args:
+        old: the scene before the edit.
+        slots: the model gets these too.
+    """
+    file_assets(spec)
+    # The warnings were logged when the scene was loaded.
+    return compile_spec(spec, logging.DEBUG, old.files, slots)
+
+
+def set_constants(model: mujoco.MjModel) -> None:
+    """Compute the solver's values from masses and places: the carried ones differ from the compiled ones.
+
+    Raises CommandError: MuJoCo cannot.
+    """
+    try:
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+    except mujoco.FatalError as error:  # a client may have set weights to 0
+        raise refusal(error) from error
+
+
 def refuse_in_physics(sim: LiveScene) -> None:
     """Raise CommandError within a physics step, whose callbacks cannot edit the scene."""
     sim.physics_calls.refuse("objects cannot be made, loaded, removed or put elsewhere in the tree")
 
 
-def _refusal(error: Exception) -> CommandError:
+def refusal(error: Exception) -> CommandError:
+    """Return the error of an edit that MuJoCo refuses."""
     return CommandError(f"the scene cannot be changed that way: {' '.join(str(error).split())}")
 
 

@@ -116,6 +116,13 @@ def carry_over(
     return differs
 
 
+def carried_values(model: mujoco.MjModel) -> list[bytes]:
+    """Return the settings that `carry_over` carries, as far as they decide its result."""
+    values = [getattr(model, array).tobytes() for array in _ARRAYS]
+    options = [np.asarray(value).tobytes() for value in option_values(model.opt).values()]
+    return values + options
+
+
 def _carry_highlights(old_model: mujoco.MjModel, new_model: mujoco.MjModel) -> bool:
     """Give the new model the colours of highlights; return whether one differs from the compiled one."""
     differs, old = False, highlights_of(old_model)

@@ -50,7 +50,7 @@ def add_dummy(
     def change(spec: Any) -> None:
         spec.worldbody.add_site(name=element_name, size=[radius] * 3, group=_GROUP, rgba=list(rgba))
 
-    scene = old.twin(change)
+    scene = old.edited_in_place(change)
     _write(model, site, 0, ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
     model.site_size[site], model.site_group[site], model.site_rgba[site] = radius, _GROUP, rgba
     scene.slots = old.slots.without_site(element_name)
@@ -98,7 +98,7 @@ def move_site(sim: LiveScene, item: SceneObject, parent: int, body: int, local: 
     def change(spec: mujoco.MjSpec) -> None:
         move_leaf(spec, "site", element_name, body_name, local, size)
 
-    scene = old.twin(change)
+    scene = old.edited_in_place(change)
     _write(model, item.id, body, local)
     scene.objects[item.handle] = item.renumbered(item.id, body)
     scene.override_parents({item.handle: parent})
@@ -114,7 +114,7 @@ def remove_sites(sim: LiveScene, items: Collection[SceneObject], parents: Mappin
     def change(spec: mujoco.MjSpec) -> None:
         delete_all(spec, [("site", name) for name in names])
 
-    scene = old.twin(change)
+    scene = old.edited_in_place(change)
     scene.unseen_sites = old.unseen_sites | frozenset(names)
     drop(scene, [item.handle for item in items], parents)
     sim.replace_scene(scene, SameModel(old, sim.model, {"site": [item.id for item in items]}))

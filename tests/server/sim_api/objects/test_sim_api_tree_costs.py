@@ -141,7 +141,7 @@ def test_a_twin_of_a_scene_finds_things_out_about_its_own_tree() -> None:
     base, link = (scene.by_name(name) for name in ("base", "link_5"))
     assert base is not None
     assert link is not None
-    twin = scene.twin(lambda spec: None)
+    twin = scene.twin()
     twin.override_parent(link, -1)
     assert link not in twin.descendants(base)
     assert link in scene.descendants(base)

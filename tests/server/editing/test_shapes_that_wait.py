@@ -1,0 +1,250 @@
+"""New shapes wait for the compile until something reads the model: a burst costs one, with the same results."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from handler_calls import World
+from seeds import seeds
+
+from simx_server.editing import creating
+from simx_server.errors import CommandError
+from simx_server.handlers.objects import object_flags
+from simx_server.scene.editing import recompile
+from simx_server.scene.editing.model_state import editable_arrays, get_state
+from simx_server.scene.object_listing import list_objects
+from simx_server.scene.objects import ObjectKind
+from simx_server.scene.poses import frames
+
+SCENE = """
+<mujoco>
+  <option timestep="0.01"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 0.1"/>
+    <body name="table" pos="1 0 0.2">
+      <geom name="top" type="box" size="0.3 0.3 0.02"/><site name="mark" pos="0 0 0.1"/>
+    </body>
+    <body name="arm" pos="-1 0 0.5">
+      <geom size="0.1"/>
+      <body name="link" pos="0 0 0.2"><joint name="hinge" axis="0 1 0"/><geom size="0.05" pos="0.2 0 0"/></body>
+    </body>
+    <body name="ball" pos="0 0.5 0.3"><freejoint/><geom size="0.1"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+KINDS = ("cuboid", "spheroid", "cylinder", "cone", "capsule", "plane", "disc")
+
+
+@pytest.fixture
+def compiles(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Grows by one with each compile of the scene."""
+    made: list[int] = []
+    real = recompile.compile_spec
+
+    def counted(*arguments: Any) -> Any:
+        made.append(1)
+        return real(*arguments)
+
+    monkeypatch.setattr(recompile, "compile_spec", counted)
+    return made
+
+
+def create(world: World, kind: str = "cuboid", *, static: bool = True, size: float = 0.1) -> int:
+    body = creating.Body(static=static, respondable=True, lacks=("detectable",) if size > 0.1 else ())
+    return creating.create_primitive(world.parts, kind, [size, size * 1.5, size * 2], body)
+
+
+def test_fifty_new_shapes_are_one_compile(compiles: list[int]) -> None:
+    world = World(SCENE)
+    handles = [create(world) for _ in range(50)]
+    assert not compiles
+    assert handles == list(range(handles[0], handles[0] + 50))
+    names = [world.sim.scene.get(handle).name for handle in handles]
+    assert names[:3] == ["Cuboid", "Cuboid0", "Cuboid1"]
+    assert world.handle("Cuboid48") == handles[-1]
+    assert world.sim.scene.of_kind(ObjectKind.SHAPE)[-50:] == handles
+    assert not compiles
+    assert world.sim.model.nbody == 5 + 50
+    assert len(compiles) == 1
+
+
+def test_shapes_are_placed_coloured_and_shown_before_the_compile(compiles: list[int]) -> None:
+    world = World(SCENE)
+    handles: list[int] = []
+    for number in range(50):
+        handles.append(create(world, static=bool(number % 2)))
+        world.call("simxSetObjectPosition", handles[-1], -1, [0.1 * number, 1, 2])
+        world.call("simxSetObjectOrientation", handles[-1], handles[0], [0, 0, 0.1])
+        assert world.parts.shape_colors.set(handles[-1], 0, [1, 0, 0.5]) == 1
+        flags = object_flags.special_flags(world.parts, handles[-1])
+        object_flags.set_special_flags(world.parts, handles[-1], flags)
+    assert not compiles
+    for number, handle in enumerate(handles):
+        assert frames.get_position(world.sim, handle) == pytest.approx([0.1 * number, 1, 2])
+        assert world.parts.shape_colors.get(handle, 0) == [1, 0, 0.5]
+    assert len(compiles) == 1
+
+
+READS: dict[str, Callable[[World, int], object]] = {
+    "a position": lambda world, shape: frames.get_position(world.sim, shape),
+    "a position of another object": lambda world, shape: world.call(
+        "simxGetObjectPosition", world.handle("ball"), -1
+    ),
+    "a step": lambda world, shape: world.parts.step(),
+    "a parent": lambda world, shape: world.call("simxSetObjectParent", shape, world.handle("table"), True),
+    "a copy": lambda world, shape: world.call("simxCopyPasteObjects", [shape]),
+    "a stop": lambda world, shape: world.call("simxStopSimulation"),
+}
+
+
+@pytest.mark.parametrize("read", READS.values(), ids=READS)
+def test_what_reads_the_model_has_it_compiled(read: Callable[[World, int], object]) -> None:
+    world = World(SCENE)
+    world.run(2)
+    shape = create(world)
+    waiting = world.sim.waiting
+    assert waiting is not None
+    assert shape in waiting.handles
+    read(world, shape)
+    assert world.sim.waiting is None
+
+
+def test_a_scene_that_was_edited_without_a_compile_is_compiled_at_once(compiles: list[int]) -> None:
+    """Its elements get other ids with the next compile."""
+    world = World(SCENE)
+    world.call("simxCreateDummy", 0.01, None)
+    world.call("simxRemoveObject", world.call("simxCreateDummy", 0.01, None))
+    del compiles[:]
+    create(world)
+    assert len(compiles) == 1
+    create(world)
+    assert len(compiles) == 1
+
+
+def test_an_error_comes_with_the_edit_that_causes_it(compiles: list[int]) -> None:
+    world = World(SCENE)
+    create(world)
+    points, faces = np.zeros((4, 3)), np.array([[0, 1, 2]])
+    with pytest.raises(CommandError, match="cannot be changed that way"):
+        creating.create_mesh(world.parts, points, faces, "Mesh", creating.Body())
+    shape = create(world)
+    with pytest.raises(CommandError, match="3 finite numbers"):
+        frames.set_position(world.sim, shape, -1, [0, 0, float("nan")])
+    with pytest.raises(CommandError, match="999"):
+        world.call("simxSetObjectPosition", shape, 999, [0, 0, 0])
+    with pytest.raises(CommandError, match="colour"):
+        world.parts.shape_colors.set(shape, 0, [1])
+    object.__setattr__(world.sim.limits, "objects", len(world.sim.scene.objects))
+    with pytest.raises(CommandError, match="objects"):
+        create(world)
+    assert world.sim.waiting is not None
+    assert world.sim.scene.get(shape).name == "Cuboid0"
+    assert frames.get_position(world.sim, shape) == [0, 0, 0]
+
+
+def test_the_stop_removes_shapes_that_still_wait() -> None:
+    world = World(SCENE)
+    before = list_objects(world.sim)
+    world.run()
+    shape = create(world)
+    world.call("simxStopSimulation")
+    assert list_objects(world.sim) == before
+    assert create(world) == shape + 1
+
+
+def test_shapes_that_wait_are_gone_with_their_scene() -> None:
+    world = World(SCENE)
+    create(world)
+    world.sim.close()
+    assert world.sim.waiting is None
+    assert "Cuboid" not in world.sim.scene.by_names()
+
+
+# --- random programs, with a compile for each shape and without ----------------------------------------
+
+
+def random_call(world: World, choose: random.Random, made: list[int]) -> Callable[[], object]:
+    """Return the next call of a program; shapes that it made are concerned most of all."""
+    handles = list(world.sim.scene.objects)
+    one = choose.choice(made) if made and choose.random() < 0.8 else choose.choice(handles)
+    other, kind = choose.choice([*handles, -1, -1, -11]), choose.choice(KINDS)
+    place = [choose.uniform(-0.3, 0.3) for _ in range(3)]
+    color, component = [choose.random() for _ in range(3)], choose.choice((0, 0, 4, 2))
+    static, size = choose.random() < 0.6, choose.uniform(0.05, 0.15)
+    calls: list[tuple[int, Callable[[], object]]] = [
+        (8, lambda: made.append(create(world, kind, static=static, size=size))),
+        (8, lambda: world.call("simxSetObjectPosition", one, other, place)),
+        (4, lambda: world.call("simxSetObjectOrientation", one, other, place)),
+        (4, lambda: world.parts.shape_colors.set(one, component, color)),
+        (2, lambda: object_flags.set_special_flags(world.parts, one, int(255 * color[0]))),
+        (1, lambda: world.parts.object_settings.set_mask(one, choose.choice((0xFF00, 0x0101, 0)))),
+        (1, lambda: world.call("simxRemoveObject", one)),
+        (1, lambda: world.call("simxCreateDummy", 0.01, None)),
+        (1, lambda: world.call("simxSetObjectParent", one, other, True)),
+        (1, lambda: world.call("simxCopyPasteObjects", [one])),
+        (2, world.parts.step),
+    ]
+    return choose.choices([call for _, call in calls], [weight for weight, _ in calls])[0]
+
+
+def whole(world: World) -> dict[str, Any]:
+    """All that a program could notice: objects, the model's numbers, the state, the velocities of surfaces."""
+    sim = world.sim
+    arrays = {name: value.tobytes() for name, value in editable_arrays(sim.model)}
+    stat = {
+        name: np.array(getattr(sim.model.stat, name)).tolist() for name in ("extent", "center", "meanmass")
+    }
+    speeds = {handle: world.parts.velocities.measure(handle) for handle in sim.scene.objects}
+    sim.refresh()
+    return {
+        "objects": list_objects(sim),
+        "names": re.sub(rb"~slot\d+", b"~slot", sim.model.names),  # numbered by compiles
+        "arrays": arrays,
+        "stat": stat,
+        "state": get_state(sim.model, sim.data).tobytes(),
+        "places": sim.data.xpos.tobytes(),
+        "speeds": speeds,
+        "contacts": sim.data.ncon,
+    }
+
+
+def program(seed: int, after: Callable[[World], object]) -> World:
+    """Make random calls, started and stopped; `after` each."""
+    choose, world, made = random.Random(seed), World(SCENE), list[int]()
+    for number in range(120):
+        if number % 60 == 20:
+            world.run(1)
+        elif number % 60 == 59:
+            world.call("simxStopSimulation")
+        made[:] = [handle for handle in made if handle in world.sim.scene.objects]
+        try:
+            random_call(world, choose, made)()
+        except CommandError:
+            continue
+        after(world)
+    return world
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", seeds(6))
+def test_a_compile_for_each_shape_gives_the_same(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled: list[dict[str, Any]] = []
+    with monkeypatch.context() as at_once:
+        at_once.setattr(creating, "add_shape", lambda *_arguments: None)
+        program(seed, lambda world: compiled.append(whole(world)))
+    steps = iter(compiled)
+    choose = random.Random(seed)
+
+    def compare_sometimes(world: World) -> None:
+        expected = next(steps)
+        if choose.random() < 0.15:
+            found = whole(world)
+            assert [key for key in expected if expected[key] != found[key]] == []
+
+    program(seed, compare_sometimes)
