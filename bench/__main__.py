@@ -48,6 +48,7 @@ MEASUREMENTS = {
     "growth": "bench.world.growth",
     "classroom": "bench.load.classroom",
     "edits": "bench.world.edits",
+    "bursts": "bench.world.bursts",
     "vrep": "bench.world.vrep_files",
     "zmq": "bench.zmq.calls",
     "ros2": "bench.ros2.steps",

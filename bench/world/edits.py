@@ -87,6 +87,7 @@ def _taken(static: int, free: int, effort: Effort) -> dict[str, Rounds]:
             for what, edit in edits.items():
                 began = time.process_time()
                 edit()
+                sim.compile_edits()
                 if turn:  # the first one is made with cold caches
                     taken[what].append(time.process_time() - began)
                 progress.step()

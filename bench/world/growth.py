@@ -322,7 +322,10 @@ def _edits(effort: Effort, stack: ExitStack, client: int, path: Path, model_file
         COPIES: lambda: check(vrep.simxCopyPasteObjects(client, some[:50], blocking)),
         MODEL_FILE: lambda: check(vrep.simxLoadModel(client, model_file.name, 0, blocking)),
         PARENT: lambda: check(vrep.simxSetObjectParent(client, second, first, True, blocking)),
-        REMOVE: lambda: check(vrep.simxRemoveObject(client, third, blocking)),
+        REMOVE: lambda: (
+            check(vrep.simxRemoveObject(client, third, blocking)),
+            check(vrep.simxGetObjectPosition(client, first, -1, blocking)),  # it has the model compiled
+        ),
     }
     taken: dict[str, list[float]] = {name: [] for name in cases}
     for _ in range(effort.count(3, 1)):

@@ -272,11 +272,10 @@ class ObjectSettings(Part):
         if masks or governed_shapes(self._sim):
             set_masks(self._sim, masks)
 
-    @property
-    def masks_concern_new_shapes(self) -> bool:
-        """Return whether `apply_masks` has anything to do after a new shape: some mask keeps pairs of bodies apart."""
+    def masks_concern(self, handle: int | None = None) -> bool:
+        """Return whether `apply_masks` has something to do after a new shape, or after the removal of an object."""
         governed = {item.handle for item in governed_shapes(self._sim)}
-        return not self._masks().keys() <= governed
+        return handle in governed or not self._masks().keys() <= governed
 
     def _masks(self) -> dict[int, int]:
         annotated = {*self._annotated("shape", "mask"), *self._annotated("shape", "pair_mask")}

@@ -223,6 +223,11 @@ class Scene:
         return twin
 
     @property
+    def keeps_ids(self) -> bool:
+        """Return whether the next compile leaves the ids of the model's elements as they are."""
+        return not self.is_edited_in_place and len(self.slots.sites) == self.slots.wanted_sites
+
+    @property
     def name(self) -> str:
         """Return the file stem, or the model's name of a scene without a file."""
         return self.path.stem if self.path is not None else self._spec.modelname or "empty"

@@ -10,6 +10,7 @@ from simx_server.errors import CommandError, UnknownHandle
 from simx_server.parts.communication.simulator_messages import SELECTION_CHANGED
 from simx_server.scene import properties
 from simx_server.scene.editing import editing, renaming
+from simx_server.scene.editing.waiting.removing import remove_shape
 from simx_server.service.calls.background import Steps
 from simx_server.service.calls.registry import handler
 from simx_server.world.warm_up import with_images
@@ -98,8 +99,20 @@ def remove_object(world: World, handle: int) -> None:
     else:
         if handle in objects:
             world.scripts.of_objects.before_removal([handle])
+        if _remove_waiting(world, handle):
+            return
         editing.remove_object(world.simulation, handle)
         world.object_settings.apply_masks()
+
+
+def _remove_waiting(world: World, handle: int) -> bool:
+    """Remove a shape from a model that is compiled later; return False if it has to be compiled at once."""
+    sim, settings = world.simulation, world.object_settings
+    if settings.masks_concern(handle):
+        return False
+    if sim.waiting is None:
+        settings.apply_masks()
+    return remove_shape(sim, handle)
 
 
 @handler("simxRemoveModel")

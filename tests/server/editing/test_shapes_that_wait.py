@@ -14,12 +14,13 @@ from seeds import seeds
 
 from simx_server.editing import creating
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import object_flags
+from simx_server.handlers.objects import object_flags, objects
 from simx_server.scene.editing import recompile
 from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames
+from simx_server.scene.tree import Builder
 
 SCENE = """
 <mujoco>
@@ -34,9 +35,21 @@ SCENE = """
       <body name="link" pos="0 0 0.2"><joint name="hinge" axis="0 1 0"/><geom size="0.05" pos="0.2 0 0"/></body>
     </body>
     <body name="ball" pos="0 0.5 0.3"><freejoint/><geom size="0.1"/></body>
+    {blocks}
+    <body name="gripper" pos="0 -1 0.5"><geom size="0.05"/><site name="grip"/></body>
+    <camera name="eye" pos="0 0 3"/>
   </worldbody>
+  <sensor><force site="grip"/><torque site="grip"/><framepos objtype="body" objname="block1"/></sensor>
 </mujoco>
 """
+
+SCENE = SCENE.replace(
+    "{blocks}",
+    "".join(
+        f'<body name="block{i}" pos="{i % 4} 2 0.1">{"<freejoint/>" if i % 2 else ""}<geom size="0.05"/></body>'
+        for i in range(8)
+    ),
+)
 
 KINDS = ("cuboid", "spheroid", "cylinder", "cone", "capsule", "plane", "disc")
 
@@ -70,7 +83,7 @@ def test_fifty_new_shapes_are_one_compile(compiles: list[int]) -> None:
     assert world.handle("Cuboid48") == handles[-1]
     assert world.sim.scene.of_kind(ObjectKind.SHAPE)[-50:] == handles
     assert not compiles
-    assert world.sim.model.nbody == 5 + 50
+    assert world.sim.model.nbody == 14 + 50
     assert len(compiles) == 1
 
 
@@ -89,6 +102,51 @@ def test_shapes_are_placed_coloured_and_shown_before_the_compile(compiles: list[
         assert frames.get_position(world.sim, handle) == pytest.approx([0.1 * number, 1, 2])
         assert world.parts.shape_colors.get(handle, 0) == [1, 0, 0.5]
     assert len(compiles) == 1
+
+
+def test_fifty_removals_are_one_compile(compiles: list[int]) -> None:
+    world = World(SCENE)
+    handles = [create(world, static=bool(number % 2)) for number in range(50)]
+    ball = frames.get_position(world.sim, world.handle("ball"))
+    last = create(world)
+    world.sim.compile_edits()
+    del compiles[:]
+    for handle in (world.handle("block0"), world.handle("block3"), *handles):
+        world.call("simxRemoveObject", handle)
+        with pytest.raises(CommandError):
+            world.call("simxGetObjectPosition", handle, -1)
+    assert not compiles
+    assert frames.get_position(world.sim, world.handle("ball")) == ball
+    assert frames.get_position(world.sim, last) == [0, 0, 0]
+    assert len(compiles) == 1
+    assert world.sim.model.nbody == 14 + 1 - 2
+
+
+UNLIKE_SHAPES = ("table", "link", "arm", "gripper", "block1", "eye", "hinge", "floor")
+"""Objects with something on them, of a mechanism, or that a sensor refers to."""
+
+
+@pytest.mark.parametrize("name", UNLIKE_SHAPES)
+def test_an_object_that_others_have_to_do_with_is_removed_at_once(name: str, compiles: list[int]) -> None:
+    world = World(SCENE)
+    world.call("simxRemoveObject", world.handle(name))
+    assert len(compiles) == 1
+    assert world.sim.waiting is None
+
+
+def test_created_and_removed_shapes_wait_together(compiles: list[int]) -> None:
+    world = World(SCENE)
+    world.run()
+    for number in range(8):
+        block = world.handle(f"block{number}")
+        if number != 1:
+            world.call("simxRemoveObject", block)
+        world.call("simxSetObjectPosition", create(world), -1, [number, 0, 1])
+    assert not compiles
+    assert frames.get_position(world.sim, world.handle("Cuboid6")) == [7, 0, 1]
+    assert len(compiles) == 1
+    world.call("simxStopSimulation")
+    assert world.handle("block7")
 
 
 READS: dict[str, Callable[[World, int], object]] = {
@@ -184,7 +242,7 @@ def random_call(world: World, choose: random.Random, made: list[int]) -> Callabl
         (4, lambda: world.parts.shape_colors.set(one, component, color)),
         (2, lambda: object_flags.set_special_flags(world.parts, one, int(255 * color[0]))),
         (1, lambda: world.parts.object_settings.set_mask(one, choose.choice((0xFF00, 0x0101, 0)))),
-        (1, lambda: world.call("simxRemoveObject", one)),
+        (3, lambda: world.call("simxRemoveObject", choose.choice(handles))),
         (1, lambda: world.call("simxCreateDummy", 0.01, None)),
         (1, lambda: world.call("simxSetObjectParent", one, other, True)),
         (1, lambda: world.call("simxCopyPasteObjects", [one])),
@@ -202,8 +260,16 @@ def whole(world: World) -> dict[str, Any]:
     }
     speeds = {handle: world.parts.velocities.measure(handle) for handle in sim.scene.objects}
     sim.refresh()
+    builder = Builder(sim.model, sim.scene.annotations, sim.scene.hidden_bodies, None, sim.scene.unseen_sites)
+    builder.build()
+    made, known = (
+        {(each.element, each.element_name, each.id, each.body, each.sensors) for each in many.values()}
+        for many in (builder.objects, sim.scene.objects)
+    )
+    assert made == known
     return {
         "objects": list_objects(sim),
+        "owners": sim.scene.owners.tolist(),
         "names": re.sub(rb"~slot\d+", b"~slot", sim.model.names),  # numbered by compiles
         "arrays": arrays,
         "stat": stat,
@@ -237,6 +303,7 @@ def test_a_compile_for_each_shape_gives_the_same(seed: int, monkeypatch: pytest.
     compiled: list[dict[str, Any]] = []
     with monkeypatch.context() as at_once:
         at_once.setattr(creating, "add_shape", lambda *_arguments: None)
+        at_once.setattr(objects, "remove_shape", lambda *_arguments: False)
         program(seed, lambda world: compiled.append(whole(world)))
     steps = iter(compiled)
     choose = random.Random(seed)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def compile_waiting(sim: LiveScene, waiting: Waiting) -> None:
     """Give the simulation, which has the scene before again, the model; make the calls that wait.
 
-    Raises CommandError when MuJoCo cannot compile the scene; the shapes are gone then.
+    Raises CommandError when MuJoCo cannot compile the scene; the edits are lost then.
     """
     sim.refresh()
     scene = waiting.scene
@@ -61,8 +61,8 @@ _NUMBERED = ("body", "geom", "jnt", "site", "cam", "light", "tendon", "sensor")
 
 
 def _check_ids(twins: Twins) -> None:
-    """Raise RuntimeError where a new shape has changed the id of another element."""
+    """Raise RuntimeError where elements that stay have another order than before."""
     for kind in _NUMBERED:
         after = twins.after(kind)
-        if not np.array_equal(after, np.arange(len(after))):
-            raise RuntimeError(f"a new shape has changed the ids of elements of the kind {kind}")
+        if not np.array_equal(after[after >= 0], np.arange(np.count_nonzero(after >= 0))):
+            raise RuntimeError(f"elements of the kind {kind} have got another order by an edit that waited")

@@ -34,7 +34,7 @@ def add_shape(sim: LiveScene, spec: mujoco.MjSpec, name: str, notes: Mapping[str
     Raises CommandError: within a physics step, or the scene has too many objects.
     """
     refuse_in_physics(sim)
-    if sim.scene.is_edited_in_place:  # the next compile changes ids
+    if not sim.scene.keeps_ids:
         return None
     try:
         compile_spec(spec)
@@ -45,7 +45,6 @@ def add_shape(sim: LiveScene, spec: mujoco.MjSpec, name: str, notes: Mapping[str
     scene, handle = waiting.scene, waiting.scene.next_handle
     prefix = f"{handle}{GRAFT_END}"
     strip(spec)
-    scene.owe(lambda whole: join(spec, whole, prefix))
     known = scene.annotations
     scene.annotations = replace(known, objects={**known.objects, **({name: dict(notes)} if notes else {})})
     body = len(scene.owners)
@@ -55,7 +54,6 @@ def add_shape(sim: LiveScene, spec: mujoco.MjSpec, name: str, notes: Mapping[str
     )  # fmt: skip
     scene.owners = np.append(scene.owners, handle)
     scene.append(item)
-    waiting.handles.add(handle)
-    waiting.edits += 1
+    waiting.added(handle, lambda whole: join(spec, whole, prefix))
     sim.hold(waiting)
     return handle

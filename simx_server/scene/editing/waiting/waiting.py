@@ -1,10 +1,10 @@
-"""New shapes that wait for a compile: the scene has them at once, the model when something reads it.
+"""Shapes that wait for a compile: the scene has got or lost them, and the model follows when something reads it.
 
-A burst of new shapes therefore costs one compile. While they wait, the simulation has no model and no data: the first
+A burst of such edits therefore costs one compile. While they wait, the simulation has no model and no data: the first
 read of either compiles (`Simulation.compile_edits`). Calls that only change a waiting object wait with it.
 
-A new body at the top of the tree comes last in the model. Its id is therefore known before the compile, and no other id
-changes. The results are those of one compile for each shape, bit for bit.
+The ids of the compiled model are known before: a new body at the top of the tree comes last, and without a body those
+behind it move up. The results are those of one compile for each shape, bit for bit.
 """
 
 from __future__ import annotations
@@ -13,18 +13,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from simx_server.scene.editing.transplant import delete_all
 from simx_server.scene.poses.start import Start
 
 if TYPE_CHECKING:
     import mujoco
 
     from simx_server.scene.live import LiveScene
-    from simx_server.scene.objects import Scene
+    from simx_server.scene.objects import Change, Scene
 
 
 @dataclass
 class Waiting:
-    """A scene with shapes that its model has not got yet."""
+    """A scene of which the model has not got all edits yet."""
 
     before: Scene
     """The scene of the model."""
@@ -32,7 +33,9 @@ class Waiting:
     data: mujoco.MjData
     scene: Scene
     handles: set[int] = field(default_factory=set[int])
-    """The shapes that wait."""
+    """The new shapes that wait."""
+    removed: list[str] = field(default_factory=list[str])
+    """Names of bodies that the next change of the spec deletes."""
     edits: int = 0
     calls: list[tuple[int, Callable[[], object]]] = field(
         default_factory=list[tuple[int, Callable[[], object]]]
@@ -41,11 +44,31 @@ class Waiting:
 
     @classmethod
     def of(cls, sim: LiveScene) -> Waiting:
-        """Return a scene to which shapes can be added; `sim` keeps its own."""
+        """Return a scene that can be edited so; `sim` keeps its own."""
         scene = sim.scene.twin()
         # The scene of an edit has no file.
         scene.start, scene.import_report, scene.vrep_source = Start(), None, None
         return cls(sim.scene, sim.model, sim.data, scene)
+
+    def added(self, handle: int, change: Change) -> None:
+        """Note a new shape; `change` adds it to the spec."""
+        self.removed = []  # what is removed from now on is deleted after the shape is there
+        self.scene.owe(change)
+        self.handles.add(handle)
+        self.edits += 1
+
+    def delete(self, name: str) -> None:
+        """Delete a body from the spec, together with those before and after it: one costs as much as fifty."""
+        doomed = self.removed
+        if not doomed:
+
+            def change(spec: mujoco.MjSpec) -> None:
+                delete_all(spec, [("body", each) for each in doomed])
+                doomed.clear()
+
+            self.scene.owe(change)
+        doomed.append(name)
+        self.edits += 1
 
     def call(self, action: Callable[[], object]) -> None:
         """Act after the compile. The action changes such shapes alone, makes no edit, and cannot fail."""
