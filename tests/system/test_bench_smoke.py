@@ -51,7 +51,7 @@ from bench.measuring.report import (
     details,
 )
 from bench.ros2 import steps
-from bench.world import edits, scenes, sensors, step
+from bench.world import bursts, edits, scenes, sensors, step
 
 pytestmark = [pytest.mark.slow, pytest.mark.system, pytest.mark.gl]
 
@@ -313,6 +313,14 @@ def test_the_dearest_edit_of_each_scene_is_an_aim(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(edits, "SIZES", ((60, 0), (60, 0), (60, 0), (60, 10)))
     found = edits.measure(TINY)
     assert [ratio.target for ratio in found.ratios if ratio.target] == 3 * [edits.MOST]
+
+
+def test_bursts_of_edits_are_measured_with_their_compiles(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bursts, "BODIES", 60)
+    found = bursts.measure(TINY)
+    counts = [values[0] for what, values in found.grids[0].lines if what.endswith("compiles")]
+    assert counts == len(bursts.BURSTS) * [1, bursts.BURST]
+    assert {ratio.target for ratio in found.ratios} == {bursts.MOST}
 
 
 def test_the_parts_of_a_step_beyond_mujoco_are_measured() -> None:

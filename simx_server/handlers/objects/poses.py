@@ -69,6 +69,9 @@ def reset_dynamic_object(world: World, handle: int) -> None:
     Static shapes of it that a program moves before the next simulation step drag nothing on their ways.
     """
     sim = world.simulation
+    if sim.waiting is not None and handle in sim.waiting.handles:
+        sim.waiting.call(lambda: reset_dynamic_object(world, handle))
+        return
     placing.rest(sim, sim.scene.get(handle))
     sim.surfaces.put([handle, *sim.scene.descendants(handle)])
     _launch(world, handle)

@@ -13,8 +13,9 @@ from c_program import CProgram, Out, ffi, numbers, text
 
 from simx_client.protocol import constants as c
 from simx_client.protocol.cli.installing import extra_line
+from simx_server.scene.editing import recompile
 
-CUBOID, RESPONDABLE = 0, 8
+CUBOID, RESPONDABLE, STATIC = 0, 8, 16
 AMBIENT_DIFFUSE = 0
 TETRAHEDRON = [0.0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1]
 FACES = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]
@@ -244,3 +245,36 @@ def test_a_shape_is_decomposed_into_convex_parts(program: CProgram) -> None:
         shape, 1, [1, 500, 200, 0, 0, 0, 0, 0, 0, 0], [100.0, 30.0, 0.25, *[0.0] * 7]
     )
     assert made == shape, "morphing keeps the handle"
+
+
+def test_shapes_that_pyrep_makes_and_removes_are_compiled_together(
+    program: CProgram, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The calls of `Shape.create` and `remove`."""
+    compiles: list[int] = []
+    compile_spec = recompile.compile_spec
+
+    def counted(*arguments: Any) -> Any:
+        compiles.append(1)
+        return compile_spec(*arguments)
+
+    program.call("simGetObjectPosition", box(program), -1, PLACE)
+    monkeypatch.setattr(recompile, "compile_spec", counted)
+    shapes: list[int] = []
+    for number in range(10):
+        shape = box(program, options=RESPONDABLE if number % 2 else STATIC)
+        assert program.lib.simGetObjectType(shape) == c.sim_object_shape_type
+        bits = program.lib.simGetObjectSpecialProperty(shape)
+        program.done("simSetObjectSpecialProperty", shape, bits | c.sim_objectspecialproperty_renderable)
+        program.done("simResetDynamicObject", shape)
+        program.done("simSetObjectPosition", shape, -1, [0.3 * number, 0, 1])
+        program.done("simSetShapeColor", shape, ffi.NULL, AMBIENT_DIFFUSE, [1, 0, 0])
+        shapes.append(shape)
+    assert not compiles
+    _, place = program.call("simGetObjectPosition", shapes[-1], -1, PLACE)
+    assert place == pytest.approx([2.7, 0, 1])
+    assert len(compiles) == 1
+    for shape in shapes:
+        assert program.lib.simGetModelProperty(shape) == c.sim_modelproperty_not_model
+        program.done("simRemoveObject", shape)
+    assert len(compiles) == 1

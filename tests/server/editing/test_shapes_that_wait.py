@@ -14,7 +14,7 @@ from seeds import seeds
 
 from simx_server.editing import creating
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import object_flags, objects
+from simx_server.handlers.objects import object_flags, objects, poses
 from simx_server.scene.editing import recompile
 from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.object_listing import list_objects
@@ -92,6 +92,7 @@ def test_shapes_are_placed_coloured_and_shown_before_the_compile(compiles: list[
     handles: list[int] = []
     for number in range(50):
         handles.append(create(world, static=bool(number % 2)))
+        poses.reset_dynamic_object(world.parts, handles[-1])
         world.call("simxSetObjectPosition", handles[-1], -1, [0.1 * number, 1, 2])
         world.call("simxSetObjectOrientation", handles[-1], handles[0], [0, 0, 0.1])
         assert world.parts.shape_colors.set(handles[-1], 0, [1, 0, 0.5]) == 1
@@ -239,6 +240,7 @@ def random_call(world: World, choose: random.Random, made: list[int]) -> Callabl
         (8, lambda: made.append(create(world, kind, static=static, size=size))),
         (8, lambda: world.call("simxSetObjectPosition", one, other, place)),
         (4, lambda: world.call("simxSetObjectOrientation", one, other, place)),
+        (2, lambda: poses.reset_dynamic_object(world.parts, one)),
         (4, lambda: world.parts.shape_colors.set(one, component, color)),
         (2, lambda: object_flags.set_special_flags(world.parts, one, int(255 * color[0]))),
         (1, lambda: world.parts.object_settings.set_mask(one, choose.choice((0xFF00, 0x0101, 0)))),
