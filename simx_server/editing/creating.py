@@ -104,7 +104,7 @@ def _add_waiting(world: World, spec: mujoco.MjSpec, name: str, notes: dict[str, 
     """Add a shape that waits for the compile; return its handle, or None if it has to be compiled at once."""
     sim, settings = world.simulation, world.object_settings
     if sim.waiting is None:
-        if settings.masks_concern():
+        if settings.masks_keep_bodies_apart:
             return None
         settings.apply_masks()
     return add_shape(sim, spec, name, notes)

@@ -12,7 +12,7 @@ from simx_server.errors import CommandError
 from simx_server.scene import properties
 from simx_server.scene.cameras.visibility import VISIBLE_GROUPS
 from simx_server.scene.colliding.mask_bits import ALL_MASKS
-from simx_server.scene.colliding.respondable import governed_shapes, set_masks
+from simx_server.scene.colliding.respondable import governed_shapes, needs_exclusions, set_masks
 from simx_server.scene.editing import renaming
 from simx_server.scene.formats.annotations import Annotations, numbers_of
 from simx_server.scene.objects import ObjectKind
@@ -272,10 +272,11 @@ class ObjectSettings(Part):
         if masks or governed_shapes(self._sim):
             set_masks(self._sim, masks)
 
-    def masks_concern(self, handle: int | None = None) -> bool:
-        """Return whether `apply_masks` has something to do after a new shape, or after the removal of an object."""
+    @property
+    def masks_keep_bodies_apart(self) -> bool:
+        """Return whether `apply_masks` may make an edit: bits alone do not say what may collide."""
         governed = {item.handle for item in governed_shapes(self._sim)}
-        return handle in governed or not self._masks().keys() <= governed
+        return not self._masks().keys() <= governed or needs_exclusions(self._sim.model)
 
     def _masks(self) -> dict[int, int]:
         annotated = {*self._annotated("shape", "mask"), *self._annotated("shape", "pair_mask")}

@@ -108,11 +108,13 @@ def remove_object(world: World, handle: int) -> None:
 def _remove_waiting(world: World, handle: int) -> bool:
     """Remove a shape from a model that is compiled later; return False if it has to be compiled at once."""
     sim, settings = world.simulation, world.object_settings
-    if settings.masks_concern(handle):
+    if sim.waiting is None and settings.masks_keep_bodies_apart:
         return False
-    if sim.waiting is None:
-        settings.apply_masks()
-    return remove_shape(sim, handle)
+    if not remove_shape(sim, handle):
+        return False
+    if sim.waiting is not None:
+        sim.waiting.afterwards[settings.apply_masks] = None
+    return True
 
 
 @handler("simxRemoveModel")

@@ -29,7 +29,7 @@ EXCLUSION = INTERNAL + "mask:"
 
 _LOCAL, _GLOBAL = 0x00FF, 0xFF00
 
-_MOST = 31
+MOST = 31
 """Most classes that can have their own bit; the highest bit is the sign."""
 
 
@@ -136,11 +136,11 @@ def _alike(meets: NDArray[np.bool_]) -> list[list[int]]:
 
 def _fit(groups: list[list[int]], members: list[list[int]]) -> list[list[int]]:
     """Return at most as many groups as there are bits: the first, the largest ones, and one of all others."""
-    if len(groups) <= _MOST:
+    if len(groups) <= MOST:
         return groups
     sizes = [sum(len(members[one]) for one in group) for group in groups]
     by_size = sorted(range(1, len(groups)), key=lambda number: -sizes[number])
-    kept, others = by_size[: _MOST - 2], by_size[_MOST - 2 :]
+    kept, others = by_size[: MOST - 2], by_size[MOST - 2 :]
     rest = [one for number in sorted(others) for one in groups[number]]
     return [groups[0], *(groups[number] for number in sorted(kept)), rest]
 

@@ -21,7 +21,7 @@ from simx_server.errors import CommandError
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.objects import ObjectKind, SceneObject
 
-from .mask_bits import ALL_MASKS, EXCLUSION, Masked, Motion, assign
+from .mask_bits import ALL_MASKS, EXCLUSION, MOST, Masked, Motion, assign
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
@@ -189,6 +189,11 @@ def _present_pairs(model: mujoco.MjModel) -> set[tuple[str, str]]:
             first, second = (model.body(body).name for body in divmod(signature, 1 << 16))
             found.add(_sorted(first, second))
     return found
+
+
+def needs_exclusions(model: mujoco.MjModel) -> bool:
+    """Return whether masks keep bodies apart by pairs, or may do so, as all bits are taken."""
+    return bool(_present_pairs(model)) or bool((model.geom_contype & 1 << MOST - 1).any())
 
 
 def _pair(exclude: Any) -> tuple[str, str]:

@@ -53,7 +53,7 @@ def _make_calls(sim: LiveScene, waiting: Waiting, differs: bool) -> None:
         if differs or carried_values(sim.model) != values:
             set_constants(sim.model)
         sim.replace_model(sim.scene, sim.model, sim.data, SameModel(sim.scene, sim.model))
-    for _, call in waiting.calls[len(early) :]:
+    for call in (*(call for _, call in waiting.calls[len(early) :]), *waiting.afterwards):
         call()
 
 

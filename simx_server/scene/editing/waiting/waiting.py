@@ -42,6 +42,9 @@ class Waiting:
     )
     """Calls that wait, each with the number of edits before it."""
 
+    afterwards: dict[Callable[[], object], None] = field(default_factory=dict[Callable[[], object], None])
+    """Functions that are called once after these; they make no edit."""
+
     @classmethod
     def of(cls, sim: LiveScene) -> Waiting:
         """Return a scene that can be edited so; `sim` keeps its own."""
