@@ -275,8 +275,8 @@ class ObjectSettings(Part):
     @property
     def masks_keep_bodies_apart(self) -> bool:
         """Return whether `apply_masks` may make an edit: bits alone do not say what may collide."""
-        governed = {item.handle for item in governed_shapes(self._sim)}
-        return not self._masks().keys() <= governed or needs_exclusions(self._sim.model)
+        masks, governed = self._masks(), {item.handle for item in governed_shapes(self._sim)}
+        return not masks.keys() <= governed or (bool(governed) and needs_exclusions(self._sim.model))
 
     def _masks(self) -> dict[int, int]:
         annotated = {*self._annotated("shape", "mask"), *self._annotated("shape", "pair_mask")}

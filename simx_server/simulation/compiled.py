@@ -21,7 +21,9 @@ class Compiled(Generic[Value]):
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
 
-    def __get__(self, sim: _Edited, owner: type) -> Value:
+    def __get__(self, sim: _Edited | None, owner: type) -> Value:
+        if sim is None:
+            raise AttributeError(f"only an instance has {self._name}")
         sim.compile_edits()
         value: Value = sim.__dict__[self._name]
         return value

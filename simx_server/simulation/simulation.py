@@ -370,7 +370,6 @@ class Simulation:
         """End the run and restore, bit for bit, the state saved at its start."""
         if self.state == SimulationState.STOPPED or self._snapshot is None:
             return
-        self.compile_edits()
         self.is_stopping = True
         self._prepare_stop()
         self.state = SimulationState.STOPPED
@@ -389,6 +388,7 @@ class Simulation:
         """Prepare the end of the run. The run ends even if this fails; otherwise it could never be ended."""
         told = self._told_of_runs
         for tell in [
+            self.compile_edits,
             *(part.run_ending for part in told["run_ending"]),
             *(part.run_stopping for part in told["run_stopping"]),
         ]:

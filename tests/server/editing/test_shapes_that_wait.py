@@ -90,6 +90,7 @@ def create(world: World, kind: str = "cuboid", *, static: bool = True, size: flo
 def test_fifty_new_shapes_are_one_compile(compiles: list[int]) -> None:
     world = World(SCENE)
     handles = [create(world) for _ in range(50)]
+    world.parts.idle()
     assert not compiles
     assert handles == list(range(handles[0], handles[0] + 50))
     names = [world.sim.scene.get(handle).name for handle in handles]
@@ -220,6 +221,30 @@ def test_an_error_comes_with_the_edit_that_causes_it(compiles: list[int]) -> Non
     assert world.sim.waiting is not None
     assert world.sim.scene.get(shape).name == "Cuboid0"
     assert frames.get_position(world.sim, shape) == [0, 0, 0]
+
+
+def test_a_scene_that_cannot_be_compiled_loses_what_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No program is known that reaches this: MuJoCo has compiled each shape alone before."""
+    world = World(SCENE)
+    world.run()
+    before, real = list_objects(world.sim), recompile.compile_spec
+
+    def refusing(*_arguments: Any) -> Any:
+        raise ValueError("no memory")
+
+    monkeypatch.setattr(recompile, "compile_spec", refusing)
+    shape = create(world)
+    with pytest.raises(CommandError, match="no memory"):
+        world.call("simxGetObjectPosition", shape, -1)
+    assert list_objects(world.sim) == before
+    other = create(world)
+    assert other == shape + 1
+    world.call("simxStopSimulation")
+    assert not world.sim.is_running
+    monkeypatch.setattr(recompile, "compile_spec", real)
+    last = create(world)
+    assert last == other + 1
+    assert frames.get_position(world.sim, last) == [0, 0, 0]
 
 
 def test_the_stop_removes_shapes_that_still_wait() -> None:

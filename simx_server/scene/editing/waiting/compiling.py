@@ -30,6 +30,7 @@ def compile_waiting(sim: LiveScene, waiting: Waiting) -> None:
         spec = scene.spec
         model = compile_edited(spec, waiting.before, scene.slots)
     except (ValueError, mujoco.FatalError, SceneError) as error:
+        waiting.before.next_handle = scene.next_handle  # programs know the handles
         raise refusal(error) from error
     data = mujoco.MjData(model)
     twins = Twins(waiting.before.names or Names(waiting.model), model)

@@ -8,6 +8,7 @@ import pytest
 from zmq_world import ZmqWorld
 
 from simx_server.gateways.zmq import gateway
+from simx_server.scene.editing import recompile
 
 
 def test_a_client_gets_functions_constants_and_nested_tables(server: ZmqWorld) -> None:
@@ -29,6 +30,34 @@ def test_results_are_none_one_value_or_a_tuple(server: ZmqWorld) -> None:
     assert isinstance(sim.getObjectMatrix(hinge, -1), list)
     result, distance, point, handle, normal = sim.readProximitySensor(sim.getObject("/nose"))
     assert (result, distance, point, handle, normal) == (0, 0.0, [0, 0, 0], -1, [0, 0, 0])
+
+
+def test_shapes_made_and_removed_one_by_one_are_compiled_together(
+    server: ZmqWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiles: list[int] = []
+    compile_spec = recompile.compile_spec
+
+    def counted(*arguments: Any) -> Any:
+        compiles.append(1)
+        return compile_spec(*arguments)
+
+    monkeypatch.setattr(recompile, "compile_spec", counted)
+    sim = server.sim()
+    shapes: list[int] = []
+    for number in range(20):
+        shapes.append(sim.createPrimitiveShape(sim.primitiveshape_cuboid, [0.1, 0.1, 0.1]))
+        sim.setObjectPosition(shapes[-1], -1, [number, 2, 3])
+        sim.setShapeColor(shapes[-1], None, sim.colorcomponent_ambient_diffuse, [1, 0, 0])
+        sim.setObjectAlias(shapes[-1], f"brick{number}")
+    assert not compiles
+    assert sim.getObjectPosition(sim.getObject("/brick19"), -1) == [19, 2, 3]
+    assert len(compiles) == 1
+    for shape in shapes:
+        sim.removeObject(shape)
+    assert len(compiles) == 1
+    assert sim.getObjectPosition(sim.getObject("/box"), -1) == pytest.approx([1, 0, 0.5])
+    assert len(compiles) == 2
 
 
 def test_text_is_str_and_data_is_bytes(server: ZmqWorld) -> None:
