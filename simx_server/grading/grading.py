@@ -8,8 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from simx_server.confined.program import NotConfined
+
 from .attempt.attempt import Attempt, StageFailed, run_attempt
-from .attempt.program import NotConfined
 from .referee import Decision, FilmFailed, Judgement, NotGraded, check_names, judge
 from .task.reading import TaskError
 from .task.task import Task, read_task

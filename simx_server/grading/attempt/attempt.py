@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .program import Program, ProgramLimits
+from simx_server.confined.program import Program, ProgramLimits
+
 from .rules import Rules, as_fields
 
 STARTS_WITHIN = 120.0

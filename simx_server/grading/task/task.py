@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from simx_client.protocol.commands import BY_NAME
+from simx_server.confined.program import ProgramLimits
 from simx_server.errors import CommandError
 from simx_server.files.library import find_scene
 from simx_server.grading.attempt.attempt import Setting
-from simx_server.grading.attempt.program import ProgramLimits
 from simx_server.grading.attempt.rules import Rules, allowable
 from simx_server.grading.checks.expression import ExpressionError
 from simx_server.grading.checks.timing import Timed, parse_timed

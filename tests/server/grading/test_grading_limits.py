@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from simx_server.grading.attempt.program import KEPT, Program, ProgramLimits
+from simx_server.confined.program import KEPT, Program, ProgramLimits
 
 pytestmark = pytest.mark.system
 

@@ -1,7 +1,7 @@
-"""The process of a graded program, within the walls of `scripting/python/python_program.py`.
+"""The process of a program of somebody else, within the walls of `scripting/python/python_program.py`.
 
-Nothing that the program does makes the grader wait: its output is read as it comes and only the end is kept, and it is
-killed at its time, with too many threads or files, and when the grader ends.
+Nothing that the program does makes its owner wait: its output is read as it comes and only the end is kept, and it is
+killed at its time, with too many threads or files, and when the owner ends.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,7 +22,7 @@ from simx_server.processes.children import how_it_ended
 from simx_server.scripting.python.process import library_folders
 from simx_server.scripting.python.python_limits import NOT_CONFINED
 
-_WALLS = Path(__file__).parents[2] / "scripting" / "python" / "python_program.py"
+_WALLS = Path(__file__).parents[1] / "scripting" / "python" / "python_program.py"
 
 KEPT = 20_000
 """Bytes of output that are kept: its end."""
@@ -61,29 +62,41 @@ class NotConfined(Exception):
 class Program:
     """A running program. `pump` has to be called again and again."""
 
-    def __init__(self, folder: Path, file: str, door: int, limits: ProgramLimits) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        file: str,
+        door: int,
+        limits: ProgramLimits,
+        *,
+        libraries: Path | None = None,
+        told: Callable[[bytes], object] = lambda _data: None,
+        most_read: int = MOST_READ,
+    ) -> None:
         """Start a program.
 
         Args:
             folder: its folder, which it may read and write.
             file: the program in it.
             door: its socket to the server; it stays open here.
+            libraries: a folder for a link to the client's package; None: one beside `folder`.
+            told: called with each piece of output.
+            most_read: bytes of output that `pump` reads: with less, a program that writes much waits.
 
         Raises:
             NotConfined: on this system.
         """
         if sys.platform != "linux":
-            raise NotConfined(
-                "programs of others are graded on Linux only; elsewhere nothing would confine them"
-            )
+            raise NotConfined("programs of others run on Linux only; elsewhere nothing would confine them")
         self._folder, self._limits = folder, limits
+        self._told, self._most_read = told, most_read
         self._output = bytearray()
         self._end = time.monotonic() + limits.wall
         self._next_look = 0.0
         self.reason = ""
         """Why it was killed; empty unless it was."""
 
-        libraries = folder.parent / "libraries"  # without what lies beside the package
+        libraries = libraries or folder.parent / "libraries"  # without what lies beside the package
         libraries.mkdir(exist_ok=True)
         package = Path(version.__file__).resolve().parents[1]  # simx_client
         link = libraries / package.name
@@ -109,6 +122,7 @@ class Program:
             )
         finally:
             os.close(lifeline)
+        self.process_id = self._process.pid
         assert self._process.stdout is not None
         self.output_file = self._process.stdout.fileno()
         """Readable when there is output, and at its end."""
@@ -117,9 +131,7 @@ class Program:
 
     def pump(self) -> bool:
         """Read output, and kill a program that exceeds a limit. Returns whether it still runs."""
-        with contextlib.suppress(BlockingIOError):
-            self._output += os.read(self.output_file, MOST_READ)
-            del self._output[:-KEPT]
+        self._read()
         if self._process.poll() is not None:
             return False
         now = time.monotonic()
@@ -139,17 +151,28 @@ class Program:
 
     def close(self) -> None:
         """Kill it if it runs, and read the rest of its output. Idempotent."""
-        self.kill("the attempt is over")
+        self.kill("it was ended")
         if self._lifeline >= 0:
             os.close(self._lifeline)
             self._lifeline = -1
-            with contextlib.suppress(BlockingIOError):
-                self._output += os.read(self.output_file, MOST_READ)
-                del self._output[:-KEPT]
+            self._most_read = MOST_READ  # more than a pipe holds
+            self._read()
             assert self._process.stdout is not None
             self._process.stdout.close()
         if self._process.returncode == NOT_CONFINED:
             raise NotConfined(self.output.strip() or "the walls around the program could not be built")
+
+    def _read(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            data = os.read(self.output_file, self._most_read)
+            self._output += data
+            del self._output[:-KEPT]
+            self._told(data)
+
+    @property
+    def exit_code(self) -> int | None:
+        """Return its exit code, negative for a signal; None while it runs."""
+        return self._process.returncode
 
     @property
     def output(self) -> str:
