@@ -47,7 +47,7 @@ POSES = {
 def running_class(folder: Path, *arguments: object) -> Iterator[str]:
     """A class on free ports; the address of its page, with the teacher's token."""
     command = [sys.executable, "-m", "simx_client", "classroom", *map(str, arguments)]
-    ports = ["--page-port", "0", "--seat-port", "0"]
+    ports = ["--page-port", "0", "--seat-port", "0", "--view-port", "0"]
     with subprocess.Popen([*command, *ports], stdout=subprocess.PIPE, text=True, cwd=folder) as process:
         try:
             assert process.stdout is not None

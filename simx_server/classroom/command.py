@@ -27,6 +27,7 @@ from simx_server.settings.rules import FOLDER, PORT, Rule, SettingError, between
 from simx_server.settings.settings import SETTINGS, Settings
 
 from .addresses import AddressError, is_loopback, listen, resolve, shown_address
+from .editor.flags import NoEditor, add_flags, make_plan
 from .plan import ClassPlan, make_seats
 from .tokens import TokensError, make_tokens
 
@@ -95,6 +96,7 @@ examples:
     add("--workspace", FOLDER, "folder with a folder for each seat's files (a temporary one)")
     add("--camera", CAMERA, "camera or vision sensor that tiles show (an overview)")
     add("--seat-memory", MEMORY, "megabytes after which a seat is started again (1000)", 1000)
+    add_flags(parser, _typed)
     group = parser.add_argument_group("each seat, as for simx-server")
     for name in OF_SERVERS:
         setting = SETTINGS[name]
@@ -207,7 +209,8 @@ def _start(options: argparse.Namespace, base: Settings, students: list[str]) -> 
             base = _for_seats(base, options.workspace, private)
             seats = make_seats(base, students, tokens, host, options.seat_port, private)
             listener = stack.enter_context(listen(host, options.page_port, "--page-port"))
-        except (AddressError, TokensError) as error:
+            editor = make_plan(options, len(seats), host, base.workspace / "programs", private)
+        except (AddressError, NoEditor, TokensError) as error:
             logger.error("%s", error)
             return FAILURE
         except OSError as error:
@@ -216,7 +219,7 @@ def _start(options: argparse.Namespace, base: Settings, students: list[str]) -> 
         address = options.address or shown_address(host)
         if not is_loopback(host):
             _warn(host)
-        plan = ClassPlan(seats, tokens.teacher, address, options.camera)
+        plan = ClassPlan(seats, tokens.teacher, address, options.camera, editor=editor)
         return run_class(plan, base, listener, most_memory=options.seat_memory << 20)
 
 

@@ -1,4 +1,7 @@
-"""A seat's side of its channel: answers the page's requests for a report and for an image, on the physics thread.
+"""A seat's side of its channel: answers the page's requests for a report, for an image, and to let a program in.
+
+All of it happens on the physics thread. The page sends one end of a pair of sockets for a program of the editor, which
+reaches its simulator by the other end.
 
 Nothing is computed without a request, so a class at which no browser looks costs nothing.
 """
@@ -17,7 +20,9 @@ from typing import TYPE_CHECKING, Any
 import cv2
 
 from simx_server.errors import CommandError
+from simx_server.gateways.lane.handed import HandedLanes
 from simx_server.outputs.filming import Shot
+from simx_server.viewer.messages import OWN_NAME
 
 from .channel import MOST_BYTES, packed, unpacked
 
@@ -43,6 +48,9 @@ MOST_TEXT = 300
 MOST_NAME = 80
 """Characters of a client's name in a report."""
 
+EDITOR = "editor"
+"""Names of the clients of the editor's programs start with it; numbers follow."""
+
 _REQUEST = 4096
 
 
@@ -60,21 +68,26 @@ class Desk:
         self._shots: dict[str, tuple[int, Shot]] = {}
         """By size: the scene's id and the shot that was made for it."""
 
+        self._lanes: HandedLanes | None = None
+        """Connections of the newest program of the editor."""
+
         service.queue.open_sockets().add(channel, self._read)
 
     def _read(self) -> None:
         try:
-            request = self._channel.recv(_REQUEST)
+            request, files, _, _ = socket.recv_fds(self._channel, _REQUEST, 1)
         except (BlockingIOError, InterruptedError):
             return
         if not request:  # the class ends
             self._service.queue.open_sockets().remove(self._channel)
             return
-        self._service.queue.post(partial(self._answer, request))
+        self._service.queue.post(partial(self._answer, request, files))
 
-    def _answer(self, request: bytes) -> None:
+    def _answer(self, request: bytes, files: list[int]) -> None:
         asked = unpacked(request).fields
         number, size = asked["id"], asked.get("size")
+        for file in files:
+            self._let_in(number, socket.socket(fileno=file))
         if size is None:
             self._send({"id": number, "report": self._report()})
             return
@@ -84,6 +97,12 @@ class Desk:
             self._send({"id": number, "problem": str(problem)[:MOST_TEXT]})
             return
         image.add_done_callback(partial(self._send_image, number))
+
+    def _let_in(self, number: int, door: socket.socket) -> None:
+        """Serve a program at the other end of a socket; the connections of the one before it are closed."""
+        if self._lanes is not None:
+            self._lanes.close()
+        self._lanes = HandedLanes(self._service, door, f"{EDITOR}-{number}")
 
     def _shot(self, size: str) -> Shot:
         """Return the shot for the present scene; the overview if the scene lacks the camera."""
@@ -119,7 +138,7 @@ class Desk:
 
     def _report(self) -> dict[str, Any]:
         service, simulation = self._service, self._world.simulation
-        sessions = list(service.clients.sessions.values())
+        sessions = [each for each in service.clients.sessions.values() if not each.name.startswith(OWN_NAME)]
         error, at = self._last_error()
         return {
             "state": simulation.state.value,

@@ -16,6 +16,7 @@ from pathlib import Path
 from simx_server.settings.settings import Settings
 
 from .addresses import claim, in_url
+from .editor.plan import EditorPlan
 from .tokens import Tokens
 
 logger = logging.getLogger(__name__)
@@ -56,6 +57,9 @@ class ClassPlan:
 
     scene: str = ""
     """Name of the scene, known when it is loaded."""
+
+    editor: EditorPlan | None = None
+    """The editor of the seats; None: programs run on the students' computers only."""
 
 
 def make_seats(

@@ -17,7 +17,6 @@ import sys
 import time
 from contextlib import ExitStack
 from functools import partial
-from pathlib import Path
 
 from simx_client.protocol.cli.exit_codes import FAILURE, INTERRUPTED
 from simx_client.protocol.zenoh import link
@@ -27,13 +26,15 @@ from simx_server.app.server import open_world, run_server
 from simx_server.errors import CommandError
 from simx_server.history.succession import Succession
 from simx_server.outputs.filming import Shot
-from simx_server.processes.children import become, ending_signals, fork, how_it_ended
+from simx_server.processes.children import become, ending_signals, expendable, fork, how_it_ended
+from simx_server.scene.objects import ObjectKind
 from simx_server.settings.settings import Settings
 from simx_server.world.world import World
 
 from . import channel
 from .addresses import in_url
 from .desk import SIZES, Desk
+from .editor.plan import EditorPlan, example
 from .member import Member
 from .page.serving import serve_page
 from .page_link import PageLink
@@ -78,7 +79,7 @@ def run_class(plan: ClassPlan, base: Settings, listener: socket.socket, most_mem
         except CommandError as error:
             logger.error("%s", error)
             return FAILURE
-        plan = dataclasses.replace(plan, scene=world.simulation.scene.name)
+        plan = dataclasses.replace(plan, scene=world.simulation.scene.name, editor=_with_text(plan, world))
         loaded = world if may_be_copied(world) else None
         if loaded is None:
             world.simulation.close()
@@ -92,13 +93,14 @@ def run_class(plan: ClassPlan, base: Settings, listener: socket.socket, most_mem
         return supervisor.run()
 
 
-def _stand_back() -> None:
-    """Have the system prefer other processes to this one: the page must answer while students use all cores, and if
-    memory runs out, a seat has to end and not the teacher's desktop.
-    """
-    os.nice(NICE)
-    with contextlib.suppress(OSError):
-        Path("/proc/self/oom_score_adj").write_text(str(EXPENDABLE), encoding="ascii")
+def _with_text(plan: ClassPlan, world: World) -> EditorPlan | None:
+    """Return the plan of the editor with the program that seats start with, for this scene."""
+    editor = plan.editor
+    if editor is None or editor.start:
+        return editor
+    scene = world.simulation.scene
+    joints = [each.name for each in scene.objects.values() if each.kind is ObjectKind.JOINT]
+    return dataclasses.replace(editor, start=example(joints))
 
 
 class Supervisor:
@@ -218,7 +220,9 @@ class Supervisor:
             return serve_page(self._plan, self._listener, there)
         self._listener.close()
         settings = self._seats[number].settings
-        _stand_back()
+        # The page must answer while students use all cores, and if memory runs out, a seat has to end and not the
+        # teacher's desktop.
+        expendable(os.getpid(), NICE, EXPENDABLE)
         world = self._world or open_world(settings, ExitStack())
         world.simulation.files.move_to(settings.workspace)
         desk = partial(Desk, there, self._plan.camera)

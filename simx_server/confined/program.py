@@ -22,6 +22,8 @@ from simx_server.processes.children import how_it_ended
 from simx_server.scripting.python.process import library_folders
 from simx_server.scripting.python.python_limits import NOT_CONFINED
 
+from .folder import MOST_FILES, unlinked, use_of
+
 _WALLS = Path(__file__).parents[1] / "scripting" / "python" / "python_program.py"
 
 KEPT = 20_000
@@ -31,9 +33,6 @@ MOST_READ = 1 << 20
 """Bytes of output to read at a time."""
 
 MOST_THREADS = 200
-MOST_FILES = 1000
-"""Files and folders in the program's folder."""
-
 LOOK = 0.2
 """Seconds between two looks at threads and files."""
 
@@ -192,7 +191,8 @@ class Program:
     def _look(self) -> None:
         if (threads := _threads(self._process.pid)) > MOST_THREADS:
             self.kill(f"it had {threads} threads; at most {MOST_THREADS} are allowed")
-        size, count = _use_of(self._folder)
+        size, count = use_of(self._folder)
+        size += unlinked(self.process_id)
         if size > self._limits.disk << 20 or count > MOST_FILES:
             self.kill(f"its files exceed {self._limits.disk} MB or a number of {MOST_FILES}")
 
@@ -220,21 +220,3 @@ def _threads(process_id: int) -> int:
             if line.startswith("Threads:"):
                 return int(line.split()[1])
     return 0
-
-
-def _use_of(folder: Path) -> tuple[int, int]:
-    """Return the bytes of files below a folder, and the number of files and folders; of many only the first."""
-    size = count = 0
-    folders = [folder]
-    while folders and count <= MOST_FILES:
-        with contextlib.suppress(OSError), os.scandir(folders.pop()) as entries:
-            for entry in entries:
-                count += 1
-                if count > MOST_FILES:
-                    break
-                if entry.is_dir(follow_symlinks=False):
-                    folders.append(Path(entry.path))
-                else:
-                    with contextlib.suppress(OSError):
-                        size += entry.stat(follow_symlinks=False).st_blocks * 512
-    return size, count

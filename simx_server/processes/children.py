@@ -11,6 +11,7 @@ import logging
 import os
 import signal
 from collections.abc import Callable, Generator
+from pathlib import Path
 from typing import NoReturn
 
 from simx_client.protocol.cli.exit_codes import FAILURE
@@ -90,3 +91,15 @@ def how_it_ended(exit_code: int) -> str:
     with contextlib.suppress(ValueError):  # of real-time signals, which have no names
         return f"by signal {-exit_code} ({signal.Signals(-exit_code).name})"
     return f"by signal {-exit_code}"
+
+
+def expendable(process_id: int, nice: int, score: int) -> None:
+    """Have the system prefer other processes to one, for processor time and when memory runs out.
+
+    Args:
+        nice: added to the niceness of the process and its later threads.
+        score: of 1000, by how much it is preferred when a process has to end.
+    """
+    with contextlib.suppress(OSError):  # it has ended already
+        os.setpriority(os.PRIO_PROCESS, process_id, os.getpriority(os.PRIO_PROCESS, process_id) + nice)
+        Path(f"/proc/{process_id}/oom_score_adj").write_text(str(score), encoding="ascii")

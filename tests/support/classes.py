@@ -95,7 +95,7 @@ def spawned(*arguments: object, errors: Path | None = None) -> Iterator[subproce
     """The command on free ports."""
     with contextlib.ExitStack() as stack:
         stderr = stack.enter_context(errors.open("w")) if errors else None
-        words = ["classroom", *map(str, arguments), "--page-port", "0", "--seat-port", "0"]
+        words = ["classroom", *map(str, arguments), "--page-port", "0", "--seat-port", "0", "--view-port", "0"]
         process = Forked(
             ("-m", "simx_client", *words),
             stdout=subprocess.PIPE,

@@ -12,7 +12,7 @@ import contextlib
 import logging
 import socket
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
 
@@ -22,7 +22,10 @@ logger = logging.getLogger(__name__)
 
 MOST_HEAD = 16_384
 MOST_BODY = 4096
-"""Bytes of a request's head and body."""
+"""Bytes of a request's head, and of a body that its path does not need."""
+
+SLOWEST = 20_000
+"""Bytes a second that a browser takes of a long answer, at least."""
 
 IDLE = 30.0
 """Seconds until a connection without a request is closed."""
@@ -33,17 +36,18 @@ MOST_CONNECTIONS = 400
 MOST_OF_ONE = 100
 """Connections from one other machine; a browser makes six."""
 
-SAFE = (
-    (
-        "Content-Security-Policy",
-        "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
-    ),
-    ("X-Content-Type-Options", "nosniff"),
-    ("Referrer-Policy", "no-referrer"),
-    ("Cross-Origin-Resource-Policy", "same-origin"),
-    ("Cache-Control", "no-store"),
-)
-"""Headers of every answer: other sites cannot frame the page, and an address with a token stays here."""
+POLICY = "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+
+SAFE: Mapping[str, str] = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+"""Headers of every answer that does not replace them: other sites cannot frame the page, and an address with a token
+stays here.
+"""
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,8 @@ class Request:
     query: Mapping[str, str]
     headers: Mapping[str, str]
     """Names in lower case."""
+
+    body: bytes = b""
 
     def cookie(self, name: str) -> str:
         """Return a cookie's value; empty without it."""
@@ -77,7 +83,7 @@ class Response:
             f"Content-Type: {self.kind}",
             f"Content-Length: {len(self.body)}",
             f"Connection: {'keep-alive' if stays else 'close'}",
-            *(f"{name}: {value}" for name, value in (*SAFE, *self.headers)),
+            *(f"{name}: {value}" for name, value in {**SAFE, **dict(self.headers)}.items()),
         ]
         return "\r\n".join(lines).encode("latin-1") + b"\r\n\r\n" + (b"" if is_head else self.body)
 
@@ -91,18 +97,20 @@ class BadRequest(Exception):
 
 
 Handle = Callable[[Request], Awaitable[Response]]
+MostBody = Callable[[Request], int]
 
 
 class HttpServer:
     """Answers requests at a listening socket with a function."""
 
-    def __init__(self, handle: Handle) -> None:
+    def __init__(self, handle: Handle, most_body: MostBody = lambda _request: MOST_BODY) -> None:
         """Listen to nothing yet.
 
         Args:
             handle: makes the answer. An exception in it becomes a 500 and a line in the log.
+            most_body: returns the bytes of body that a request may have, from its head.
         """
-        self._handle = handle
+        self._handle, self._most_body = handle, most_body
         self._places = Places()
 
     async def listen(self, listener: socket.socket) -> asyncio.Server:
@@ -140,9 +148,9 @@ class HttpServer:
         except asyncio.LimitOverrunError:
             raise BadRequest(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, "The head is too large.\n") from None
         request = read_head(head)
-        if length := _length(request):
+        if length := _length(request, self._most_body):
             async with asyncio.timeout(SLOW):
-                await reader.readexactly(length)  # no request here needs its body
+                request = replace(request, body=await reader.readexactly(length))
         self._places.has_request(writer)
         try:
             response = await self._handle(request)
@@ -156,7 +164,7 @@ class HttpServer:
         )
         self._places.waits(writer)  # also one that does not take its answer
         writer.write(response.packed(is_head=request.method == "HEAD", stays=stays))
-        async with asyncio.timeout(SLOW):
+        async with asyncio.timeout(SLOW + len(response.body) / SLOWEST):
             await writer.drain()
         return stays
 
@@ -188,10 +196,10 @@ def read_head(head: bytes) -> Request:
     raise BadRequest(HTTPStatus.BAD_REQUEST, "That is not an address.\n")
 
 
-def _length(request: Request) -> int:
+def _length(request: Request, most_body: MostBody) -> int:
     text = request.headers.get("content-length", "0")
     if not (text.isascii() and text.isdecimal() and len(text) < 10):
         raise BadRequest(HTTPStatus.BAD_REQUEST, "That is not a length.\n")
-    if int(text) > MOST_BODY:
+    if int(text) > MOST_BODY and int(text) > most_body(request):
         raise BadRequest(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "No request here needs such a body.\n")
     return int(text)

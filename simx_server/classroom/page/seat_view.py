@@ -136,8 +136,19 @@ class SeatView:
         if answer is not None and not answer.done():
             answer.set_result(message)
 
-    async def _ask(self, **fields: Any) -> channel.Message:
+    async def let_in(self, door: socket.socket) -> None:
+        """Have the seat serve a program at the other end of this socket, which stays open here.
+
+        Raises:
+            TimeoutError, OSError: the seat does not answer.
+        """
+        await self._ask(door)
+
+    async def _ask(self, file: socket.socket | None = None, **fields: Any) -> channel.Message:
         """Send a request and return its answer.
+
+        Args:
+            file: goes with the request.
 
         Raises:
             TimeoutError, OSError: there is none.
@@ -148,7 +159,8 @@ class SeatView:
         answer: asyncio.Future[channel.Message] = asyncio.get_running_loop().create_future()
         self._answers[number] = answer
         try:
-            self._channel.send(channel.packed({"id": number, **fields}))
+            files = [] if file is None else [file.fileno()]
+            socket.send_fds(self._channel, [channel.packed({"id": number, **fields})], files)
             async with asyncio.timeout(ANSWERS_WITHIN):
                 return await answer
         except asyncio.CancelledError:

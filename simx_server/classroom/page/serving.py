@@ -9,6 +9,7 @@ import re
 import socket
 import time
 from collections.abc import Awaitable, Callable, Mapping
+from contextlib import nullcontext
 from functools import cache
 from http import HTTPStatus
 from pathlib import Path
@@ -17,12 +18,14 @@ from typing import Any
 from simx_client.protocol.cli.exit_codes import DONE
 from simx_server.browsers import is_of_another_page
 from simx_server.classroom import channel
+from simx_server.classroom.editor.plan import MOST_TEXT
 from simx_server.classroom.plan import ClassPlan, Seat
 from simx_server.gateways.descriptors import raise_limit
 
 from . import texts
 from .access import Access
-from .http import HttpServer, Request, Response
+from .editor_routes import WITH_TEXT, EditorRoutes
+from .http import MOST_BODY, HttpServer, Request, Response
 from .seat_view import IMAGE_AGE, NoImage, SeatView
 
 logger = logging.getLogger(__name__)
@@ -39,6 +42,9 @@ KINDS = {
     ".css": "text/css; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
 }
+
+STATIC = ("class.css", "common.js", "class.js", "seat.js", "editor.css", "editor.js", "editing.js", "view.js")
+"""Styles and scripts of the page."""
 
 _SEAT = re.compile(r"/seat/([1-9][0-9]{0,3})(?:/([a-z]+))?")
 
@@ -78,14 +84,27 @@ class ClassPage:
             ("GET", "image"): self._image,
             ("POST", "reset"): self._reset,
         }
+        self._editor = None if plan.editor is None else EditorRoutes(plan, plan.editor, self.views)
+        if self._editor is not None:
+            self._seat_routes = {**self._seat_routes, **self._editor.routes}
 
     async def serve(self, listener: socket.socket, supervisor: socket.socket) -> None:
         """Serve until the supervisor closes its end."""
         self._supervisor = supervisor
         is_over = asyncio.Event()
         asyncio.get_running_loop().add_reader(supervisor, self._hear, supervisor, is_over)
-        async with await HttpServer(self.answer).listen(listener):
+        server = HttpServer(self.answer, self._most_body)
+        async with self._editor or nullcontext(), await server.listen(listener):
             await is_over.wait()
+
+    def _most_body(self, request: Request) -> int:
+        """Return the bytes of body that a request may have: a program's text, from somebody who may use the seat."""
+        found = _SEAT.fullmatch(request.path)
+        if self._editor is None or found is None or found[2] not in WITH_TEXT:
+            return MOST_BODY
+        number = int(found[1])
+        is_known = number in self._seats and self._access.may_use(request, number)
+        return MOST_TEXT if is_known and self._access.is_from_here(request) else MOST_BODY
 
     def _hear(self, supervisor: socket.socket, is_over: asyncio.Event) -> None:
         """Take a message of the supervisor."""
@@ -104,6 +123,8 @@ class ClassPage:
             self.views[message["ready"]].ready()
         elif "gone" in message:
             self.views[message["gone"]].gone(message["reason"])
+            if self._editor is not None:
+                self._editor.seats[message["gone"]].stop("the simulator of the seat has ended")
 
     # --- requests --------------------------------------------------------------------------------
 
@@ -120,6 +141,8 @@ class ClassPage:
             return _refusal(HTTPStatus.FORBIDDEN, "Another web site may not use this page.")
         if method == "GET" and (file := _file(request.path.removeprefix("/"))) is not None:
             return file
+        if self._editor is not None and method == "GET" and (part := self._editor.component.file(request)):
+            return part
         if found := _SEAT.fullmatch(request.path):
             return await self._answer_seat(method, request, int(found[1]), found[2])
         route = self._routes.get((method, request.path))
@@ -144,11 +167,16 @@ class ClassPage:
         if not self._access.may_use(request, number):
             return _refusal(HTTPStatus.UNAUTHORIZED, _ASK_FOR_LINK)
         if what is None and method == "GET":
-            return _document("seat.html")
+            return self._own_page(seat)
         route = self._seat_routes.get((method, what or ""))
         if route is None:
             return _refusal(HTTPStatus.NOT_FOUND, "There is nothing here.")
         return await route(request, seat)
+
+    def _own_page(self, seat: Seat) -> Response:
+        if self._editor is None:
+            return _document("seat.html")
+        return _document("editor.html", self._editor.header(seat))
 
     async def _page(self, _: Request) -> Response:
         return _document("class.html")
@@ -158,7 +186,8 @@ class ClassPage:
         return _json({"scene": self._plan.scene, "seats": states})
 
     async def _described(self, seat: Seat) -> dict[str, Any]:
-        return {"student": seat.student, **await self.views[seat.number].state()}
+        program = None if self._editor is None else self._editor.seats[seat.number].summary()
+        return {"student": seat.student, "program": program, **await self.views[seat.number].state()}
 
     async def _links(self, _: Request) -> Response:
         return _json(
@@ -228,8 +257,8 @@ def _json(value: object) -> Response:
     return Response(HTTPStatus.OK, json.dumps(value).encode(), "application/json")
 
 
-def _document(name: str) -> Response:
-    return Response(HTTPStatus.OK, _read(name), KINDS[Path(name).suffix])
+def _document(name: str, *headers: tuple[str, str]) -> Response:
+    return Response(HTTPStatus.OK, _read(name), KINDS[Path(name).suffix], headers)
 
 
 @cache
@@ -239,6 +268,6 @@ def _read(name: str) -> bytes:
 
 def _file(name: str) -> Response | None:
     """Return a style or script of the page, which hold nothing secret; None if it is not one."""
-    if name not in ("class.css", "common.js", "class.js", "seat.js"):
+    if name not in STATIC:
         return None
     return _document(name)

@@ -10,7 +10,7 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -62,30 +62,52 @@ def main(argv: Sequence[str] | None = None) -> int:
     if options.until_eof:
         for name in ("simx_client", "simx_server.viewer"):  # the server itself reports its end
             logging.getLogger(name).setLevel(logging.ERROR)
-    sys.argv[0] = OWN_NAME  # the name by which the server knows this process's clients
     lifeline = sys.stdin.fileno() if options.until_eof else None
-    with listener, watched(0, lifeline, _END_TIMEOUT), ExitStack() as stack:
+    with listener, watched(0, lifeline, _END_TIMEOUT):
         try:
-            from simx_server.simulation import physics_warnings
-
-            from .composition import Page
-            from .quiet_viser import open_browser_server
-
-            physics_warnings.listen()
-
-            browser = open_browser_server()
-            stack.callback(browser.stop)
-            page = Page(browser, options.server)
-            stack.callback(page.close)
-            gate = Gate(listener, (browser.get_host(), browser.get_port()))
-            stack.callback(gate.close)
+            serve_view(listener, options.server, told=_say)
         except KeyboardInterrupt:
             return INTERRUPTED
-        _ended_by(page)
-        sys.stdout.write(f"page {gate.url}\n")
-        sys.stdout.flush()
-        page.run()
     return DONE
+
+
+def serve_view(
+    listener: socket.socket,
+    server: str,
+    token: str | None = None,
+    told: Callable[[str], object] = lambda _url: None,
+) -> None:
+    """Serve the web viewer until a signal ends it.
+
+    Args:
+        listener: where browsers come.
+        server: ``HOST:PORT``, or ``REALM@HOST:PORT``.
+        token: the token to require; None chooses one if other machines can reach `listener`.
+        told: called with the address for a browser.
+    """
+    sys.argv[0] = OWN_NAME  # the name by which the server knows this process's clients
+    with ExitStack() as stack:
+        from simx_server.simulation import physics_warnings
+
+        from .composition import Page
+        from .quiet_viser import open_browser_server
+
+        physics_warnings.listen()
+
+        browser = open_browser_server()
+        stack.callback(browser.stop)
+        page = Page(browser, server)
+        stack.callback(page.close)
+        gate = Gate(listener, (browser.get_host(), browser.get_port()), token)
+        stack.callback(gate.close)
+        _ended_by(page)
+        told(gate.url)
+        page.run()
+
+
+def _say(url: str) -> None:
+    sys.stdout.write(f"page {url}\n")
+    sys.stdout.flush()
 
 
 def _listener(options: argparse.Namespace) -> socket.socket:

@@ -65,7 +65,8 @@ function show(tile, seat) {
   tile.querySelector(".state").textContent = seat.state === "running" ? `running, ${seat.time.toFixed(0)} s` : state;
   const clients = tile.querySelector(".clients");
   const names = seat.clients.map(client => client.name + (client.reads ? ", only reads" : ""));
-  if (seat.connected > names.length) names.push(`${seat.connected - names.length} more`);
+  if (seat.program) names.unshift(`editor: ${seat.program.name} runs for ${seat.program.seconds.toFixed(0)} s`);
+  if (seat.connected > seat.clients.length) names.push(`${seat.connected - seat.clients.length} more`);
   clients.textContent = names.length ? names.join("; ") : "no program connected";
   clients.classList.toggle("connected", names.length > 0);
   const problem = tile.querySelector(".problem");

@@ -20,7 +20,7 @@ async function draw() {
   const image = tile.querySelector("img");
   image.alt = `Scene of seat ${number}`;
   for (;;) {
-    if (!document.hidden) await nextImage(image, number, "large");
+    if (!document.hidden && !tile.classList.contains("in-3d")) await nextImage(image, number, "large");
     await new Promise(done => setTimeout(done, PAUSES[state]));
   }
 }
