@@ -15,7 +15,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from forked import Forked
 from launching import environment
-from processes import read_line, running
+from processes import read_line, running, wait_until
 
 STARTS_WITHIN = 90.0
 """Seconds, on a busy machine."""
@@ -38,6 +38,9 @@ class Class:
         self.folder = Path()
         """Of the seats' files, where a test chose one."""
 
+        self.tokens = Path()
+        """The file of tokens, where a test chose one."""
+
         self.cookie = f"simx_teacher_{parts.port}={self.token}"
         self.links: list[dict[str, Any]] = json.loads(self.ask("GET", "/links")[1])
 
@@ -45,17 +48,44 @@ class Class:
     def base(self) -> str:
         return self.url.partition("/?")[0]
 
-    def ask(self, method: str, path: str, cookie: str | None = None, **headers: str) -> tuple[int, bytes]:
+    def ask(
+        self, method: str, path: str, cookie: str | None = None, body: bytes | None = None, **headers: str
+    ) -> tuple[int, bytes]:
         """Status and body of an answer; the teacher's cookie goes with the request, or another one."""
         connection = http.client.HTTPConnection(*self.place, timeout=30)
         with contextlib.closing(connection):
             sent = {"Cookie": self.cookie if cookie is None else cookie, "Origin": self.base, **headers}
-            connection.request(method, path, headers=sent)
+            connection.request(method, path, body, sent)
             answer = connection.getresponse()
             return answer.status, answer.read()
 
     def state(self, seat: int) -> dict[str, Any]:
         return json.loads(self.ask("GET", f"/seat/{seat}/state")[1])
+
+    def start(self, seat: int, program: str) -> int:
+        """Start a program of the editor; the number of its run."""
+        status, answer = self.ask("POST", f"/seat/{seat}/run", body=program.encode())
+        assert status == 200, answer
+        return json.loads(answer)["run"]
+
+    def output(self, seat: int, run: int = 0, number: int = 0) -> dict[str, Any]:
+        """What the page of a seat shows of the run, from a line on."""
+        return json.loads(self.ask("GET", f"/seat/{seat}/output?run={run}&from={number}")[1])
+
+    def ended(self, seat: int, program: str, within: float = STARTS_WITHIN) -> tuple[dict[str, Any], str]:
+        """Run a program of the editor to its end: what the page shows, and all lines that it still has."""
+        run = self.start(seat, program)
+        assert wait_until(lambda: self.output(seat, run)["ended"] is not None, within), self.output(seat)
+        lines: list[str] = []
+        number, has_more = 0, True
+        while has_more:
+            found = self.output(seat, run, number)
+            lines += found["output"]["lines"]
+            number, has_more = (
+                found["output"]["first"] + len(found["output"]["lines"]),
+                found["output"]["has_more"],
+            )
+        return found, "\n".join(lines)
 
     def lines(self, seat: int) -> dict[str, list[str]]:
         return self.links[seat - 1]["lines"]
@@ -95,7 +125,16 @@ def spawned(*arguments: object, errors: Path | None = None) -> Iterator[subproce
     """The command on free ports."""
     with contextlib.ExitStack() as stack:
         stderr = stack.enter_context(errors.open("w")) if errors else None
-        words = ["classroom", *map(str, arguments), "--page-port", "0", "--seat-port", "0", "--view-port", "0"]
+        words = [
+            "classroom",
+            *map(str, arguments),
+            "--page-port",
+            "0",
+            "--seat-port",
+            "0",
+            "--view-port",
+            "0",
+        ]
         process = Forked(
             ("-m", "simx_client", *words),
             stdout=subprocess.PIPE,

@@ -62,6 +62,10 @@ class Output:
             is_last: the program has ended.
         """
         *ended, rest = self._decoder.decode(data, final=is_last).split("\n")
+        if (more := len(ended) - MOST_LINES - 1) > 0:  # they would be dropped again at once
+            del ended[:more]
+            self.first += more
+            self._open, self._is_cut = "", False
         for each in ended:
             self._continue(each)
             self._end()

@@ -20,10 +20,13 @@ LOOK = 0.2
 """Seconds between two looks at a program that writes nothing."""
 
 TURN = 0.05
-"""Seconds between two reads of output."""
+"""Seconds between two reads of output, at least."""
 
-AT_ONCE = 1 << 14
-"""Bytes to read at a time: a program that writes without end waits, and the page does not."""
+SHARE = 0.02
+"""Part of the page's time that the output of one program may take: a program that writes without end waits."""
+
+AT_ONCE = 1 << 16
+"""Bytes to read at a time."""
 
 NICE = 10
 """Niceness of programs, above that of the seats' servers."""
@@ -133,13 +136,17 @@ class Run:
         has_news = asyncio.Event()
         loop.add_reader(program.output_file, has_news.set)
         try:
-            while program.pump():
+            while True:
+                began = time.monotonic()
+                if not program.pump():
+                    break
+                took = time.monotonic() - began
                 has_news.clear()
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(LOOK):
                         await has_news.wait()
                 loop.remove_reader(program.output_file)  # until it is read: more may be there all the time
-                await asyncio.sleep(TURN)
+                await asyncio.sleep(max(TURN, took / SHARE))
                 loop.add_reader(program.output_file, has_news.set)
         finally:
             loop.remove_reader(program.output_file)

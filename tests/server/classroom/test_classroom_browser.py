@@ -1,4 +1,4 @@
-"""A class of five in a real browser: tiles, images, students' programs, resets, tokens, and a seat that is killed."""
+"""A class of five without an editor in a real browser: tiles, images, programs, resets, tokens, and a killed seat."""
 
 from __future__ import annotations
 
@@ -79,7 +79,9 @@ class Room:
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         (folder / "swing.xml").write_text(ROOM)
         self.script = write_script(folder, PROGRAM, "swing.py")
-        self.simx: Class = stack.enter_context(running_class(folder / "swing.xml", "--seats", SEATS))
+        self.simx: Class = stack.enter_context(
+            running_class(folder / "swing.xml", "--seats", SEATS, "--no-editor")
+        )
         self.browser: Browser = stack.enter_context(pictures.chromium())
         self.page: Page = self.browser.new_page(viewport={"width": 1200, "height": 900})
         self.page.set_default_timeout(1000 * SOON)

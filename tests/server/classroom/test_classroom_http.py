@@ -175,6 +175,7 @@ def test_silent_and_slow_peers_are_closed(monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.skipif(sys.platform != "linux", reason="counts open files in /proc")
 def test_peer_that_takes_no_answer_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(http, "SLOW", 0.05)
+    monkeypatch.setattr(http, "SLOWEST", 1e9)
     monkeypatch.setattr(browsers, "SLOW", 0.05)
 
     async def work(place: tuple[str, int]) -> None:
