@@ -64,6 +64,7 @@ function withMonaco(area, text, onChange, onRun) {
 
 function withTextArea(area, text, onChange, onRun) {
   const field = document.createElement("textarea");
+  field.className = "plain";
   field.spellcheck = false;
   field.setAttribute("aria-label", "Program");
   field.value = text;

@@ -12,11 +12,19 @@ let isDirty = false; // the text has changes that are not sent
 let saver = 0;
 let run = 0, next = 0; // the run whose output is shown, and the first line of it that is not here yet
 let isRunning = false;
+let most = 0; // bytes of a program
 
 async function postJson(path, body) {
   const answer = await fetch(path, { method: "POST", body, signal: AbortSignal.timeout(LONGEST) });
   if (!answer.ok) throw new Error(await answer.text());
   return answer.json();
+}
+
+// Sends the text; the server would close the connection of a longer one before it has read all of it.
+async function sendText(what) {
+  const text = new TextEncoder().encode(editing.text());
+  if (text.length > most) throw new Error(`The program is too long: it has ${text.length} bytes, and at most ${most} are allowed.`);
+  return postJson(`/seat/${number}/${what}`, text);
 }
 
 function note(text) {
@@ -36,7 +44,7 @@ async function save() {
   if (!isDirty) return;
   isDirty = false;
   try {
-    version = (await postJson(`/seat/${number}/program`, editing.text())).version;
+    version = (await sendText("program")).version;
     note("saved");
   } catch (error) {
     isDirty = true;
@@ -69,7 +77,7 @@ async function start() {
   showStatus("starts", "running");
   setRunning(true);
   try {
-    const started = await postJson(`/seat/${number}/run`, editing.text());
+    const started = await sendText("run");
     version = started.version;
     begin(started.run);
     note("saved");
@@ -169,6 +177,7 @@ async function open() {
   const settings = await fetchJson(`/seat/${number}/editor`);
   const program = await fetchJson(`/seat/${number}/program`);
   version = program.version;
+  most = settings.most_text;
   place("name").textContent = program.name;
   const missing = Object.entries(settings.missing).map(([what, text]) =>
     what === "view" ? `For a 3-D view the teacher installs the extra "viewer" (${text}).` : `For an editor with colours the teacher installs: ${text}`);

@@ -1,0 +1,112 @@
+"""The 3-D views of the seats: started for a browser, with a token of their own, and ended without one."""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import json
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from classes import Class, running_class
+from processes import wait_until
+
+from simx_server.classroom.editor import views
+from simx_server.confined.walls import lacking
+from simx_server.viewer.launching import missing
+
+pytestmark = [pytest.mark.slow, pytest.mark.system]
+
+if sys.platform != "linux":
+    pytest.skip("classes run on Linux", allow_module_level=True)
+if reason := lacking() or missing():
+    pytest.skip(reason, allow_module_level=True)
+
+SOON = 90.0
+
+
+@pytest.fixture
+def opened(scene: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Class]:
+    """Three seats, of which two may show their view."""
+    monkeypatch.setattr(views, "KEPT", 2.0)  # the class is a fork of this process
+    with running_class(scene, "--seats", 3, "--views", 2) as started:
+        yield started
+
+
+def view(opened: Class, seat: int) -> dict[str, Any]:
+    status, answer = opened.ask("POST", f"/seat/{seat}/view")
+    assert status == 200, answer
+    return json.loads(answer)
+
+
+def status(place: dict[str, Any], path: str, cookie: str = "") -> tuple[int, str]:
+    """Status of an answer of a view, and the cookie that it sets."""
+    connection = http.client.HTTPConnection("127.0.0.1", place["port"], timeout=SOON)
+    with contextlib.closing(connection):
+        connection.request("GET", path, headers={"Cookie": cookie})
+        answer = connection.getresponse()
+        return answer.status, answer.headers.get("Set-Cookie", "").partition(";")[0]
+
+
+def nursery(opened: Class) -> int:
+    """The process that forks the views."""
+    for child in opened.children():
+        for each in Path(f"/proc/{child}/task/{child}/children").read_text().split():
+            if b"classroom.editor.nursery" in Path(f"/proc/{each}/cmdline").read_bytes():
+                return int(each)
+    raise AssertionError("no view was started")
+
+
+def looks(opened: Class, seat: int) -> bool:
+    return json.loads(opened.ask("GET", f"/seat/{seat}/output?view=1")[1])["view"]
+
+
+def test_view_shows_the_seat_to_whoever_has_its_token(opened: Class) -> None:
+    place = view(opened, 1)
+    assert view(opened, 1) == place  # a second window has the same one
+    assert status(place, "/")[0] == 401
+    assert status(place, "/?token=wrong")[0] == 401
+    found, cookie = status(place, f"/?token={place['token']}")
+    assert found == 303
+    assert status(place, "/", cookie)[0] == 200
+    other = view(opened, 2)
+    assert other["token"] != place["token"]
+    assert status(other, "/", cookie)[0] == 401
+    assert place["token"] not in Path(f"/proc/{nursery(opened)}/cmdline").read_text()
+
+
+def test_there_are_as_many_views_as_the_class_allows_and_unseen_ones_end(opened: Class) -> None:
+    for seat in (1, 2):
+        status(view(opened, seat), "/")
+    answer = opened.ask("POST", "/seat/3/view")
+    assert answer[0] == 503
+    assert b"2 seats show their 3-D view" in answer[1]
+    # A browser that looks at the output keeps the view of its seat, and the other one ends.
+    assert wait_until(lambda: looks(opened, 1) and opened.ask("POST", "/seat/3/view")[0] == 200, SOON)
+    assert looks(opened, 1)
+    assert not looks(opened, 2)
+
+
+def test_view_that_is_killed_comes_back(opened: Class) -> None:
+    place = view(opened, 1)
+    status(place, "/")
+    parent = nursery(opened)
+    [child] = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+    os.kill(int(child), signal.SIGKILL)
+    assert wait_until(lambda: not looks(opened, 1), SOON)
+    newer = view(opened, 1)
+    assert newer["token"] != place["token"]
+    assert status(newer, "/")[0] == 401
+    os.kill(parent, signal.SIGKILL)
+    assert wait_until(lambda: not looks(opened, 1), SOON)
+    # The views of the killed process end soon after it, and then the port is free.
+    assert wait_until(lambda: opened.ask("POST", "/seat/1/view")[0] == 200, SOON)
+    assert status(view(opened, 1), "/")[0] == 401
+    last = nursery(opened)
+    opened.end()
+    assert wait_until(lambda: not Path(f"/proc/{last}").exists(), SOON)
