@@ -1,4 +1,4 @@
-"""The folder of a confined program: how much is in it, and its end. Whatever lies there was made by a stranger.
+"""The folder of a confined program: how much is in it, and its end. A stranger has made everything that lies there.
 
 Names may be long and folders deep, so that no path leads to the last one, and folders may be closed to their owner.
 """

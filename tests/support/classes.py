@@ -69,7 +69,7 @@ class Class:
         return json.loads(answer)["run"]
 
     def output(self, seat: int, run: int = 0, number: int = 0) -> dict[str, Any]:
-        """What the page of a seat shows of the run, from a line on."""
+        """The lines of a run that the page of a seat gets, from one on, and the state of the run."""
         return json.loads(self.ask("GET", f"/seat/{seat}/output?run={run}&from={number}")[1])
 
     def ended(self, seat: int, program: str, within: float = STARTS_WITHIN) -> tuple[dict[str, Any], str]:

@@ -24,7 +24,7 @@ CUT = " … the rest of this line is left out"
 
 _ESCAPES = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)?|[ -/]*[0-~])?")
 _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
-"""Everything that is no character to be seen, but tabs; the last two groups turn the direction of text."""
+"""Characters that cannot be seen, but tabs; the last two groups turn the direction of text."""
 
 
 class Output:
@@ -44,7 +44,7 @@ class Output:
         """Number of the first line that is kept."""
 
         self._open = ""
-        """The beginning of a line that has not ended."""
+        """The start of a line that has not ended."""
 
         self._is_cut = False
         """The rest of that line is left out."""

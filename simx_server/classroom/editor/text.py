@@ -18,7 +18,7 @@ class ProgramText:
     """The newest text of one program. Used by one thread."""
 
     def __init__(self, folder: Path, name: str, start: str) -> None:
-        """Read the file, or begin with a text.
+        """Read the file, or start with a text.
 
         Args:
             folder: holds the file; it is made with the first text.
@@ -37,8 +37,8 @@ class ProgramText:
         """Keep a text, which a browser has sent as UTF-8. Returns its version.
 
         Raises:
-            NotSaved: it is no text, it is too large, or the disk does not take it. A text that only the disk does not
-                take is kept in memory.
+            NotSaved: it is not a text, it is too large, or the disk does not take it. In the last case it is kept in
+                memory.
         """
         if len(body) > MOST_TEXT:
             raise NotSaved(f"a program has at most {MOST_TEXT} bytes")

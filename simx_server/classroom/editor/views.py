@@ -1,4 +1,4 @@
-"""The 3-D views of the seats: a web viewer for each seat that a browser shows, on a port of its own with a token.
+"""The 3-D views of the seats: a web viewer for each seat that a browser shows, with its own port and token.
 
 A view starts when a browser asks for it, and ends some time after the last browser has left. The processes are forked
 by `nursery.py`, which starts with the first one.
@@ -30,7 +30,7 @@ _ELSEWHERE = ("SIMX_CONNECT", "SIMX_REALM", "SIMX_REDIRECT", "SIMX_ROLE", "SIMX_
 
 
 class NoView(Exception):
-    """There is no 3-D view now; the message gives the reason."""
+    """A 3-D view cannot be had now; the message gives the reason."""
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""The 3-D views of the seats: started for a browser, with a token of their own, and ended without one."""
+"""The 3-D views of the seats: started for a browser, with a separate token, and ended without one."""
 
 from __future__ import annotations
 
