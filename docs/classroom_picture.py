@@ -1,6 +1,6 @@
-"""Draws the picture of docs/classroom.md with a real browser: ``python docs/classroom_picture.py``.
+"""Draws the pictures of docs/classroom.md with a real browser: ``python docs/classroom_picture.py``.
 
-Needs playwright (of the extra dev) and Chromium: apt-get install chromium.
+Needs the extras editor and viewer, playwright (of the extra dev) and Chromium: apt-get install chromium.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def main() -> int:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         (folder / "names.txt").write_text("\n".join(STUDENTS))
-        url = stack.enter_context(running_class(folder, "ur5", "--names", "names.txt"))
+        url = stack.enter_context(running_class(folder, "ur5", "--names", "names.txt", "--no-editor"))
         playwright = stack.enter_context(sync_playwright())
         browser = stack.enter_context(
             playwright.chromium.launch(executable_path=find_chromium(), args=[*FLAGS])
@@ -97,13 +97,31 @@ def main() -> int:
             page.goto(url.partition("/?")[0] + path)
             page.locator("img.shown").first.wait_for()
             page.wait_for_timeout(6000)
-            with Image.open(io.BytesIO(page.screenshot(timeout=LONG_MS))) as picture:
-                shrink(picture).save(file := FOLDER / f"{name}.png", optimize=True)
-            sys.stdout.write(json.dumps({"file": str(file), "kB": file.stat().st_size // 1000}) + "\n")
+            shoot(page, name)
         for program in programs:
             assert program.stdin is not None
             program.stdin.close()
+        draw_editor(browser, stack.enter_context(running_class(folder, "ur5", "--seats", 2)))
     return 0
+
+
+def draw_editor(browser: Browser, url: str) -> None:
+    """Draw the page of a seat whose program runs."""
+    page = open_class(browser, url)
+    page.goto(url.partition("/?")[0] + "/seat/1")
+    page.locator("#run:enabled").wait_for()
+    view = page.frame_locator("#view")
+    view.get_by_role("tab", name="Objects").wait_for()
+    view.locator("[class*=Notification-closeButton]").first.click()  # that it draws by software
+    page.locator("#run").click()
+    page.wait_for_timeout(6000)
+    shoot(page, "classroom-editor")
+
+
+def shoot(page: Page, name: str) -> None:
+    with Image.open(io.BytesIO(page.screenshot(timeout=LONG_MS))) as picture:
+        shrink(picture).save(file := FOLDER / f"{name}.png", optimize=True)
+    sys.stdout.write(json.dumps({"file": str(file), "kB": file.stat().st_size // 1000}) + "\n")
 
 
 if __name__ == "__main__":

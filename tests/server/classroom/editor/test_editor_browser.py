@@ -224,7 +224,7 @@ def test_two_windows_of_a_seat_follow_each_other(room: Room, alone: Student) -> 
 def test_page_says_what_cannot_be_done(room: Room, alone: Student) -> None:
     alone.write("x = '" + "y" * 250_000 + "'\n")
     alone.page.locator("#run").click()
-    assert alone.shows("#trouble", "The program is too long: it has 250008 bytes")
+    assert alone.shows("#trouble", "The program is too long: it has 250007 bytes")
     alone.write("print('short')\n")
     alone.page.locator("#run").click()
     assert alone.shows("#output", "short")
