@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from typing import Any
 
 from .plan import EditorPlan
@@ -27,7 +28,8 @@ class SeatEditor:
         self._text = ProgramText(self._folder, plan.name, plan.start)
         self._run: Run | None = None
         self._is_starting = False
-        self._runs = 0
+        self._runs = int(time.time())
+        """Number of the newest run: browsers must not take it for one of the page before."""
 
     @property
     def is_running(self) -> bool:

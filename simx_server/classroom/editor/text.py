@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import stat
+import time
 from pathlib import Path
 
 from .plan import MOST_TEXT
@@ -27,11 +28,13 @@ class ProgramText:
         """
         self._folder, self._file = folder, folder / name
         self.text = start
-        self.version = 0
-        """Of the text: each new one has the next number."""
+        self.version = int(time.time())
+        """Of the text: each new one has the next number, also after a start of the page."""
 
+        self._is_saved = False
         with contextlib.suppress(OSError, UnicodeError):
             self.text = self._read()
+            self._is_saved = True
 
     def save(self, body: bytes) -> int:
         """Keep a text, which a browser has sent as UTF-8. Returns its version.
@@ -48,12 +51,13 @@ class ProgramText:
             raise NotSaved("a program is a text in UTF-8") from None
         if "\0" in text:
             raise NotSaved("a program has no characters with the number 0")
-        if text == self.text and (self.version or self._file.exists()):
+        if text == self.text and self._is_saved:
             return self.version
-        self.text = text
-        self.version += 1
+        self.version += text != self.text
+        self.text, self._is_saved = text, False
         try:
             self._write(body)
+            self._is_saved = True
         except OSError as problem:
             raise NotSaved(f"the file of the program cannot be written: {problem.strerror}") from None
         return self.version

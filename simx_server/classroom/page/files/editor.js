@@ -11,7 +11,7 @@ let version = 0; // of the text that this page has, or has sent
 let isDirty = false; // the text has changes that are not sent
 let saver = 0;
 let run = 0, next = 0; // the run whose output is shown, and the first line of it that is not here yet
-let isRunning = false;
+let isRunning = false, isStarting = false;
 let most = 0; // bytes of a program
 
 async function postJson(path, body) {
@@ -76,6 +76,7 @@ async function start() {
   editing.mark(0);
   showStatus("starts", "running");
   setRunning(true);
+  isStarting = true;
   try {
     const started = await sendText("run");
     version = started.version;
@@ -86,6 +87,8 @@ async function start() {
     setRunning(false);
     showStatus("", "");
     throw error;
+  } finally {
+    isStarting = false;
   }
 }
 
@@ -148,11 +151,17 @@ function showEnd(found) {
 
 async function lookAtRun() {
   const wasRunning = isRunning;
+  if (isStarting) return;
   const view = isIn3d ? "&view=1" : "";
   const found = await fetchJson(`/seat/${number}/output?run=${run}&from=${next}${view}`);
   if ("view" in found) noteView(found.view);
   await follow(found.version);
-  if (!found.run || found.run < run) return; // one that starts has no output yet
+  if (isStarting || found.run < run && found.run) return; // the output is that of the run before
+  if (!found.run) {
+    if (isRunning) showStatus("the program has ended with the page of the class", "wrong");
+    setRunning(false);
+    return;
+  }
   const isNew = found.run !== run;
   if (isNew) begin(found.run);
   const isOver = found.ended !== null;
