@@ -45,7 +45,7 @@ class Component:
     @property
     def missing(self) -> str:
         """Return what to install for a better editor; empty if it is there."""
-        return "" if self._files else extra_line("editor")
+        return "" if self._files else line_for_students("editor")
 
     def file(self, request: Request) -> Response | None:
         """Return the file at an address; None if there is none."""
@@ -57,6 +57,11 @@ class Component:
             return Response(HTTPStatus.OK, path.read_bytes(), KINDS[path.suffix], headers)
         headers += (("Content-Encoding", "gzip"),)
         return Response(HTTPStatus.OK, _compressed(path), KINDS[path.suffix], headers)
+
+
+def line_for_students(extra: str) -> str:
+    """Return what the teacher has to run to install an extra, without paths of the teacher's machine."""
+    return extra_line(extra).rpartition(" -m ")[2]
 
 
 def _files(folder: Path) -> dict[str, Path]:

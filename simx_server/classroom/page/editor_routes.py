@@ -10,7 +10,7 @@ from contextlib import AsyncExitStack
 from http import HTTPStatus
 from typing import Any
 
-from simx_server.classroom.editor.component import Component, policy
+from simx_server.classroom.editor.component import Component, line_for_students, policy
 from simx_server.classroom.editor.plan import MOST_TEXT, EditorPlan
 from simx_server.classroom.editor.seat_editor import NotSaved, NotStarted, SeatEditor
 from simx_server.classroom.editor.views import NoView, Views
@@ -41,7 +41,7 @@ class EditorRoutes:
         }
         self.views = Views(plan, editor)
         self.component = Component()
-        self._no_views = "" if editor.view_ports else missing() or ""
+        self._no_views = line_for_students("viewer") if not editor.view_ports and missing() else ""
         self.routes: Mapping[tuple[str, str], SeatRoute] = {
             ("GET", "editor"): self._settings,
             ("GET", "program"): self._program,

@@ -189,7 +189,7 @@ async function open() {
   most = settings.most_text;
   place("name").textContent = program.name;
   const missing = Object.entries(settings.missing).map(([what, text]) =>
-    what === "view" ? `For a 3-D view the teacher installs the extra "viewer" (${text}).` : `For an editor with colours the teacher installs: ${text}`);
+    what === "view" ? `For a 3-D view, on the teacher's computer: ${text}` : `For an editor with colours, on the teacher's computer: ${text}`);
   place("editor-hint").textContent = missing.join(" ");
   place("editor-hint").hidden = !missing.length;
   editing = await makeEditing(settings.component, place("text"), program.text, changed, () => tried(start));
