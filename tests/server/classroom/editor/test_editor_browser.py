@@ -120,7 +120,7 @@ class Room:
         self.browser: Browser = stack.enter_context(pictures.chromium())
 
     def student(self, seat: int) -> Student:
-        return Student(self.browser.new_context(viewport={"width": 1200, "height": 700}), self.simx, seat)
+        return Student(self.browser.new_context(viewport={"width": 1000, "height": 600}), self.simx, seat)
 
 
 @pytest.fixture(scope="module")
@@ -173,7 +173,11 @@ def test_eight_seats_run_their_programs_and_see_what_moves(room: Room) -> None:
         assert each.shows("#how", "it was stopped")
         assert not each.faults
         each.page.context.close()
-    assert each.until(lambda: "editor:" not in "".join(teacher.locator(".clients").all_text_contents()))
+    assert wait_until(
+        lambda: "editor:" not in "".join(teacher.locator(".clients").all_text_contents()),
+        SOON,
+        lambda: teacher.wait_for_timeout(100),
+    )
     teacher.close()
 
 
