@@ -57,7 +57,7 @@ class Run:
         self.ended: str | None = None
         """How it has ended, in words; None while it runs."""
 
-        self.error = (0, "")
+        self.fault = (0, "")
         """Line and text of the exception that has ended it."""
 
         self._began = time.monotonic()
@@ -162,6 +162,6 @@ class Run:
         self.exit_code = program.exit_code
         self._seconds = time.monotonic() - self._began
         if self.exit_code:
-            self.error = self.output.error(self.name)
+            self.fault = self.output.error(self.name)
         how = how or self._reason or program.ended
         self.ended = how or "it ended"

@@ -89,7 +89,7 @@ class SeatEditor:
         found = self._run
         if found is None:
             return {"version": self._text.version, "run": 0}
-        line, text = found.error
+        line, text = found.fault
         return {
             "version": self._text.version,
             "run": found.number,

@@ -23,7 +23,7 @@ if reason := lacking():
     pytest.skip(reason, allow_module_level=True)
 
 SOON = 60.0
-LIMITS = ("wall=30", "processor=3", "memory=1000", "disk=5")
+LIMITS = ("wall=20", "processor=3", "memory=1000", "disk=5")
 EMPTIED = "the folder of the program was full, and was emptied\n"
 HELLO = "import sim\nprint('client', sim.simxStart('127.0.0.1', 19997, True, True, 5000, 5))\n"
 TRIED = """
@@ -149,8 +149,8 @@ def test_login_of_another_seat_opens_nothing_from_here(room: Class) -> None:
             "for n in range(9): open(f'{n}', 'wb').write(bytes(4 << 20))\ntime.sleep(99)",
             "files exceed 5 MB",
         ),
-        ("while True: pass", "processor time|did not end within 30 s"),
-        ("import threading\nthreading.Event().wait()", "did not end within 30 s"),
+        ("while True: pass", "processor time|did not end within 20 s"),
+        ("import threading\nthreading.Event().wait()", "did not end within 20 s"),
         ("import os\nos.abort()", "SIGABRT"),
         ("import ctypes\nctypes.string_at(1)", "SIGSEGV"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import http.client
 import json
@@ -16,11 +17,15 @@ import pytest
 from classes import Class, running_class
 from processes import wait_until
 
-from simx_server.classroom.editor import views
+from simx_server.classroom.addresses import claim
+from simx_server.classroom.editor.plan import LIMITS, EditorPlan
+from simx_server.classroom.editor.views import KEPT, NoView, Views
+from simx_server.classroom.plan import ClassPlan, Seat
 from simx_server.confined.walls import lacking
+from simx_server.settings.settings import Settings
 from simx_server.viewer.launching import missing
 
-pytestmark = [pytest.mark.slow, pytest.mark.system]
+pytestmark = [pytest.mark.slow, pytest.mark.system, pytest.mark.timeout(400)]
 
 if sys.platform != "linux":
     pytest.skip("classes run on Linux", allow_module_level=True)
@@ -30,11 +35,9 @@ if reason := lacking() or missing():
 SOON = 90.0
 
 
-@pytest.fixture
-def opened(scene: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Class]:
-    """Three seats, of which two may show their view."""
-    monkeypatch.setattr(views, "KEPT", 2.0)  # the class is a fork of this process
-    with running_class(scene, "--seats", 3, "--views", 2) as started:
+@pytest.fixture(scope="module")
+def opened(scene: Path) -> Iterator[Class]:
+    with running_class(scene, "--seats", 2) as started:
         yield started
 
 
@@ -80,24 +83,38 @@ def test_view_shows_the_seat_to_whoever_has_its_token(opened: Class) -> None:
     assert place["token"] not in Path(f"/proc/{nursery(opened)}/cmdline").read_text()
 
 
-def test_there_are_as_many_views_as_the_class_allows_and_unseen_ones_end(opened: Class) -> None:
-    for seat in (1, 2):
-        status(view(opened, seat), "/")
-    answer = opened.ask("POST", "/seat/3/view")
-    assert answer[0] == 503
-    assert b"2 seats show their 3-D view" in answer[1]
-    # A browser that looks at the output keeps the view of its seat, and the other one ends.
-    assert wait_until(lambda: looks(opened, 1) and opened.ask("POST", "/seat/3/view")[0] == 200, SOON)
-    assert looks(opened, 1)
-    assert not looks(opened, 2)
+def test_there_are_as_many_views_as_the_class_allows_and_unseen_ones_end(tmp_path: Path) -> None:
+    seats = tuple(Seat(n, "", f"seat-{n:02d}", f"token-{n}", 20_000 + n, Settings()) for n in (1, 2, 3))
+    ports = tuple(claim("127.0.0.1", 0, 3, "--view-port"))
+    editor = EditorPlan("program.py", "", LIMITS, tmp_path, tmp_path, ports, views=2)
+
+    async def work() -> None:
+        shown = Views(ClassPlan(seats, "token", "127.0.0.1", None), editor)
+        try:
+            for seat in seats[:2]:
+                shown.open(seat)
+            with pytest.raises(NoView, match="2 seats show their 3-D view"):
+                shown.open(seats[2])
+            shown._views[2].seen -= 10 * KEPT  # its browser has left
+            with pytest.raises(NoView):  # it ends now
+                shown.open(seats[2])
+            while shown._views.keys() != {1}:
+                await asyncio.sleep(0.01)
+            assert shown.open(seats[2])["port"] == ports[2]
+            assert shown.look(1)
+            assert not shown.look(2)
+        finally:
+            shown.close()
+
+    asyncio.run(asyncio.wait_for(work(), SOON))
 
 
 def test_view_that_is_killed_comes_back(opened: Class) -> None:
     place = view(opened, 1)
     status(place, "/")
     parent = nursery(opened)
-    [child] = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
-    os.kill(int(child), signal.SIGKILL)
+    for child in Path(f"/proc/{parent}/task/{parent}/children").read_text().split():
+        os.kill(int(child), signal.SIGKILL)
     assert wait_until(lambda: not looks(opened, 1), SOON)
     newer = view(opened, 1)
     assert newer["token"] != place["token"]
