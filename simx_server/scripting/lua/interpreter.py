@@ -146,7 +146,7 @@ class LuaInterpreter:
             self._sealed(lambda: names(api.namespaces()), b""),
             self._to_lua(dict(OLD_SPACES)),
             self._runtime.table_from(compiled),
-            self._sealed(lambda kind, data: self._numbers(kind[0], data), None),
+            self._sealed(self._given_list, None),
         )
         # As functions, not the table that holds them: lupa cannot index a table while a coroutine runs.
         self._face = dict(face.items())
@@ -329,6 +329,10 @@ class LuaInterpreter:
             self._from_lua(value) if kind == _ALONE else self._numbers(kind, value)
             for kind, value in zip(kinds, values, strict=True)
         ]
+
+    def _given_list(self, kind: bytes, data: bytes) -> list[int | float]:
+        """Return a list within a table, which Lua has packed; Lua passes it on as it is."""
+        return self._numbers(kind[0], data)
 
     def _numbers(self, kind: int, data: bytes) -> list[int | float]:
         """Return the numbers of a list that Lua has packed."""
