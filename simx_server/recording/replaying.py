@@ -63,6 +63,7 @@ def replay(
     *,
     last_step: int | None = None,
     attach: Callable[[Service], object] = lambda _service: None,
+    before_step: Callable[[], None] = lambda: None,
     after_step: Callable[[], None] = lambda: None,
     compares: bool = True,
 ) -> Outcome:
@@ -72,7 +73,7 @@ def replay(
         history: simulated seconds of past steps that the recorded server kept, from which clients may have gone on.
         last_step: end after this simulation step, counted from 1 over all runs.
         attach: called with the service before the first event, for watchers.
-        after_step: called after each simulation step.
+        before_step, after_step: called before and after each simulation step.
         compares: off repeats the calls in a world that was changed, whose states are other ones.
 
     Raises:
@@ -106,6 +107,8 @@ def replay(
         replayed.await_room()
         try:
             simulation.settle()
+            if kind == Kind.PASS:
+                before_step()
             if kind == Kind.RESUMED:
                 replayed.resume(*event[1:])
                 states.forget()

@@ -25,6 +25,7 @@ from simx_server.recording.replaying import replay
 from simx_server.settings.settings import Settings
 from simx_server.world.world import World
 
+from .datasets import add_choice, export_datasets
 from .rosbag import export_rosbag
 
 
@@ -42,6 +43,8 @@ examples:
   {program} run.simxlog --rosbag run              a bag, as ros2 bag record makes it
   {program} run.simxlog --rosbag run.mcap         only its file, for Foxglove
   {program} run.simxlog --rosbag run --no-images
+  {program} run.simxlog --npz demos               episodes of demonstrations, for NumPy
+  {program} run.simxlog --lerobot demos --cameras kinect_rgb:128x96 overview:320x240 --task "pick the cube"
 Recordings are made by simx-server --record FILE.
 exit codes: 0 written, 1 the recording or the output cannot be used, 2 wrong usage, 3 the replay differs from the
 recording, 4 the recording is not complete; up to there it is written
@@ -52,6 +55,14 @@ recording, 4 the recording is not complete; up to there it is written
         "--rosbag", metavar="DIR", type=Path, help="ROS 2's topics as a bag: a new folder, or a file DIR.mcap"
     )
     parser.add_argument(
+        "--npz",
+        metavar="DIR",
+        type=Path,
+        help="episodes as NumPy files (docs/demonstrations.md): a new folder",
+    )
+    parser.add_argument("--lerobot", metavar="DIR", type=Path, help="a dataset of LeRobot: a new folder")
+    parser.add_argument("--minari", metavar="DIR", type=Path, help="a dataset of Minari: a new folder")
+    parser.add_argument(
         "--no-images", action="store_true", help="leave out what cameras see, which takes long and much space"
     )
     parser.add_argument(
@@ -59,6 +70,7 @@ recording, 4 the recording is not complete; up to there it is written
         metavar="NAME",
         help="the robot whose drive is guessed for ROS 2; off: none",
     )
+    add_choice(parser)
     parser.add_argument(
         "--allow-code",
         action="store_true",
@@ -71,15 +83,15 @@ def main(argv: Sequence[str] | None = None, program: str = "simx export") -> int
     """Write a recording in other formats. Returns the exit code."""
     parser = make_parser(program)
     options = parser.parse_args(argv)
-    if options.rosbag is None:
-        parser.error("no output; valid: --rosbag DIR")
+    if not any((options.rosbag, options.npz, options.lerobot, options.minari)):
+        parser.error("no output; valid: --rosbag DIR, --npz DIR, --lerobot DIR, --minari DIR")
     logging.basicConfig(level=logging.WARNING, format="%(message)s")
     try:
         return _export(options, program)
     except Divergence as problem:
         sys.stderr.write(f"{program}: the replay differs {problem}; the output has what is before it\n")
         return DIVERGED
-    except (CommandError, StartError) as error:
+    except (CommandError, StartError, OSError) as error:
         sys.stderr.write(f"{program}: {error}\n")
         return FAILURE
 
@@ -94,16 +106,26 @@ def _export(options: argparse.Namespace, program: str) -> int:
             opened.attach(world)
 
         world = open_world(settings, stack, attach)
-        with export_rosbag(
-            world,
-            options.rosbag.expanduser().resolve(),
-            drive=options.ros2_drive,
-            began=opened.began,
-            images=not options.no_images,
-        ) as bag:
-            outcome = replay(opened, world, settings.history)
-        print(f"'{options.rosbag}' has {bag.writer.written} messages on {len(bag.writer.topics)} topics")
+        with ExitStack() as outputs:
+            datasets = outputs.enter_context(export_datasets(world, options))
+            bag = None
+            if options.rosbag is not None:
+                bag = outputs.enter_context(
+                    export_rosbag(
+                        world,
+                        options.rosbag.expanduser().resolve(),
+                        drive=options.ros2_drive,
+                        began=opened.began,
+                        images=not options.no_images,
+                    )
+                )
+            before_step = (lambda: None) if datasets is None else datasets.before_step
+            outcome = replay(opened, world, settings.history, before_step=before_step)
+        if bag is not None:
+            print(f"'{options.rosbag}' has {bag.writer.written} messages on {len(bag.writer.topics)} topics")
+        if datasets is not None:
+            print(f"episodes: {datasets.episodes} written, {datasets.left_out} left out")
         if problem := outcome.problem:
             sys.stderr.write(f"{program}: the recording is not complete: {problem}\n")
             return INCOMPLETE
-        return FAILURE if bag.writer.has_failed else DONE
+        return FAILURE if bag is not None and bag.writer.has_failed else DONE

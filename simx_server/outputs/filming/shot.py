@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from concurrent.futures import Future
 from typing import TYPE_CHECKING
 
@@ -50,6 +51,7 @@ class Shot:
         size: tuple[int, int] | None = None,
         *,
         is_close: bool = False,
+        light: Hashable = None,
     ) -> None:
         """Make a shot.
 
@@ -57,6 +59,7 @@ class Shot:
             camera: a name or path, None for the overview.
             size: width and height in pixels, None for the camera's own.
             is_close: an overview is as near as the things that move allow.
+            light: other than None, if the caller changes the light of its images; each is rendered for it.
 
         Raises:
             CommandError: the scene has no such camera.
@@ -68,6 +71,7 @@ class Shot:
         self._viewpoint: tuple[int, Viewpoint] | None = None
         self._framed: tuple[int, Viewpoint | None] | None = None
         self._is_close = is_close
+        self._light = light
         self._close_up: CloseUp | None = None
         item = self._find()
         self.name = item.name if item is not None else "overview"
@@ -83,12 +87,12 @@ class Shot:
         item = self._find()
         vision = self._vision
         if self._camera is None and (item is None or self._is_close or self._frame(item) is not None):
-            return then(vision.look_from(self._overview(item)), _upright)
+            return then(vision.look_from(self._overview(item), self._light), _upright)
         assert item is not None  # a camera that was named is found
-        if item.kind == ObjectKind.VISION_SENSOR and self._chosen_size is None:
+        if item.kind == ObjectKind.VISION_SENSOR and self._chosen_size is None and self._light is None:
             return then(vision.image(item.handle, as_grey=False), _unpacked)
         background = None if item.kind == ObjectKind.VISION_SENSOR else PAPER
-        return then(vision.look(item.handle, self.size, background), _upright)
+        return then(vision.look(item.handle, self.size, background, self._light), _upright)
 
     def _find(self) -> SceneObject | None:
         """Return the camera or sensor; None for the overview without a camera."""

@@ -9,7 +9,7 @@ earlier images, is rendered in each simulation step. Filters and the conversion 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from concurrent.futures import Future
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -357,12 +357,17 @@ class VisionSensors(HandledSensors, Part):
         return self.enabled and not settings.explicit and not settings.external
 
     def look(
-        self, handle: int, size: tuple[int, int], background: tuple[float, float, float] | None = None
+        self,
+        handle: int,
+        size: tuple[int, int],
+        background: tuple[float, float, float] | None = None,
+        light: Hashable = None,
     ) -> Future[NDArray[np.uint8]]:
         """Return the present view of a sensor or a camera in another size: (height, width, 3), rows bottom first.
 
         As `image`, but always rendered: images set by scripts and clients are not used. The perspective angle
-        belongs to the larger side here too.
+        belongs to the larger side here too. `light`: other than None, if the caller has changed the light; the image
+        is then not shared with those who see the scene's own.
 
         Raises:
             CommandError: the handle is not a sensor's or camera's, or the size is impossible.
@@ -374,12 +379,15 @@ class VisionSensors(HandledSensors, Part):
         if background is not None:
             view = replace(view, background=background)
         return then(
-            self._ask(view, rgb=not shows_depth, depth=shows_depth), lambda made: shown(made, shows_depth)
+            self._ask(view, rgb=not shows_depth, depth=shows_depth, light=light),
+            lambda made: shown(made, shows_depth),
         )
 
-    def look_from(self, view: CameraView) -> Future[NDArray[np.uint8]]:
+    def look_from(self, view: CameraView, light: Hashable = None) -> Future[NDArray[np.uint8]]:
         """Return the same as `look` for a view that does not belong to an object."""
-        return then(self._ask(view, rgb=True, depth=False), lambda made: shown(made, shows_depth=False))
+        return then(
+            self._ask(view, rgb=True, depth=False, light=light), lambda made: shown(made, shows_depth=False)
+        )
 
     def _sensor(self, handle: int) -> Sensor:
         """Return a vision sensor, without an image that is not its present one any more."""
@@ -421,12 +429,15 @@ class VisionSensors(HandledSensors, Part):
             ),
         )
 
-    def _ask(self, view: CameraView, *, rgb: bool, depth: bool, asker: str = "") -> Future[CameraImage]:
+    def _ask(
+        self, view: CameraView, *, rgb: bool, depth: bool, asker: str = "", light: Hashable = None
+    ) -> Future[CameraImage]:
         sim = self._sim
         sim.physics_calls.refuse("a image cannot be taken", step_only=True)
         sim.refresh()
+        version = sim.version if light is None else (sim.version, light)
         return self._rendering.request(
-            sim.model, sim.data, view, rgb=rgb, depth=depth, version=sim.version, asker=asker
+            sim.model, sim.data, view, rgb=rgb, depth=depth, version=version, asker=asker
         )
 
     def _change_scene(self) -> None:
