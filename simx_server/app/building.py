@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.add_ons.teleoperation import ADD_ON as TELEOPERATION
 from simx_server.handlers.files import store_file
 from simx_server.kinematics import IkGroups
 from simx_server.kinematics.planning.motion_plannings import MotionPlannings
@@ -60,6 +61,7 @@ from simx_server.sensors.vision.vision_sensors import VisionSensors
 from simx_server.simulation.applied_forces import AppliedForces
 from simx_server.simulation.simulation import Simulation
 from simx_server.simulation.velocities import Velocities
+from simx_server.teleoperation.arm_drive import ArmDrive
 from simx_server.world.world import World
 
 from .import_log import ImportLog
@@ -121,6 +123,7 @@ def build_world(
     user_interface = UserInterface(sim, status_bar, trials)
 
     script_ports = ScriptPorts(sim, status_bar)
+    ik_groups = IkGroups(sim, collections, searching.seed)
 
     # Only scripts and programs of the ZeroMQ remote API need these: a quarter of the server's modules.
     def open_spaces(script: Script) -> Namespaces:
@@ -132,6 +135,11 @@ def build_world(
         from simx_server.sim_api.pyrep.add_on import PyRepAddOn
 
         return PyRepAddOn(world)
+
+    def teleoperation() -> AddOn:
+        from simx_server.teleoperation.add_on import TeleoperationAddOn
+
+        return TeleoperationAddOn(sim, ik_groups, signals, world.scripts, world.arm_drive)
 
     def descriptions() -> Mapping[str, str]:
         from simx_server.sim_api.listing import coverage
@@ -189,7 +197,8 @@ def build_world(
             needs_seccomp=needs_seccomp,
         ),
         searching=searching,
-        ik_groups=IkGroups(sim, collections, searching.seed),
+        ik_groups=ik_groups,
+        arm_drive=ArmDrive(sim, ik_groups),
         path_plannings=PathPlannings(sim),
         motion_plannings=MotionPlannings(sim),
         paths=paths,
@@ -208,6 +217,7 @@ def build_world(
     )
     world.scripts.add_ons[ADD_ON_NAME] = UserInterfaceAddOn(user_interface)
     world.scripts.add_ons["PyRep"] = Deferred(pyrep)
+    world.scripts.add_ons[TELEOPERATION] = Deferred(teleoperation)
     # Scripts are notified after the parts that they call.
     sim.attach(
         sim.surfaces,
@@ -240,6 +250,7 @@ def build_world(
         world.written_files,  # after the scripts, which write at their end
         world.ros2_topics,  # closes those of scripts that have ended
         world.ik_groups,
+        world.arm_drive,
         world.path_plannings,
         world.motion_plannings,
         world.drawings,

@@ -99,7 +99,7 @@ class EmbeddedServer:
         add_viewers(self.world, self._service, self._history, gateways, has_viewer=listener is not None)
         logger.info("other processes can connect: %s", " ".join(gateways.endpoints))
         if listener is not None:
-            pages.enter_context(page(listener, self.ports, settings.temporary_port))
+            pages.enter_context(page(listener, self.ports, settings.temporary_port, settings.operated_arm))
 
     def connect(self, client: str, name: str, port: int) -> EmbeddedTransport:
         """Return a link for a new client, which has not joined yet.

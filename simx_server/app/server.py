@@ -368,7 +368,8 @@ def run_server(
                 say_ready(gateways, world)
             heap.give_back()  # loading a large scene leaves half of its memory unused
             if page_listener is not None:
-                pages.enter_context(page(page_listener, gateways.zenoh.ports, settings.temporary_port))
+                ports, arm = gateways.zenoh.ports, settings.operated_arm
+                pages.enter_context(page(page_listener, ports, settings.temporary_port, arm))
             ServerLoop(service).run(
                 None if settings.duration is None else time.monotonic() + settings.duration
             )

@@ -27,6 +27,9 @@ Read = Callable[["World", int], Sequence[float]]
 
 _AXES = ("x", "y", "z")
 
+TELEOPERATION = "teleoperation.velocity"
+"""The velocity at which an operator moved the tip of an arm: m/s and rad/s, axes of the world."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -42,6 +45,9 @@ class Quantity:
 
 def find(world: World, text: str) -> Quantity:
     """Return the quantity of a name. Raises CommandError: the scene has no such object or property."""
+    if text == TELEOPERATION:
+        names = (*(f"{text}.{axis}" for axis in _AXES), *(f"{text}.about_{axis}" for axis in _AXES))
+        return Quantity(names, lambda: world.arm_drive.twist, is_of_robot=True)
     name, _, attribute = text.rpartition(".")
     if attribute in _SIGNALS:
         table = getattr(world.signals, _SIGNALS[attribute])

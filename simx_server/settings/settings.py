@@ -34,6 +34,9 @@ LOG_LEVELS = ("debug", "info", "warning", "error")
 OWN, OMPL = "own", "ompl"
 """Planners: the server's own for all algorithms, or those of the library OMPL."""
 
+FIRST_ARM = "first"
+"""Stands for the first arm of the scene."""
+
 _REALM = Rule("1 to 64 letters, digits, dots, dashes and underscores", keys.check_chunk, "NAME")
 _LIMIT = Rule(VALID_LIMIT, limit_text, "NAME=N", LIMIT_NAMES)
 
@@ -288,11 +291,20 @@ class Settings:
     )
     view: str | None = _setting(
         None,
-        "show it in a browser (8080); HOST:PORT for others too",
+        "show it in a browser (8080; HOST:PORT for others; --teleop [ARM]: drive it)",
         rules.WEB_ADDRESS,
         unset="no page",
         lone="8080",
         heading="images and recordings",
+        serves=True,
+    )
+    teleop: str | None = _setting(
+        None,
+        "drive an arm in the browser by keys, a gamepad and the mouse",
+        rules.matching(r"\S+", "the name of an arm's tip, or of an object that carries it", "ARM"),
+        unset="nobody drives an arm there",
+        lone=FIRST_ARM,
+        is_told_elsewhere=True,
         serves=True,
     )
     history: float | None = _setting(
@@ -394,6 +406,11 @@ class Settings:
         return Limits.of(self.limit)
 
     @property
+    def operated_arm(self) -> str | None:
+        """Return the arm that an operator drives in the web viewer; empty: the first one; None: none."""
+        return "" if self.teleop == FIRST_ARM else self.teleop
+
+    @property
     def is_supervised(self) -> bool:
         """Return whether a process watches the server, and starts it again after a crash."""
         if self.replay or self.snapshot or self.save or self.save_mjcf or self.convert:
@@ -427,6 +444,9 @@ class Settings:
                 values[name] = setting.read(given, origin)
         if "ports" not in values and (legacy := values.get("legacy_ports")):
             values["ports"] = _give_way(legacy)
+        if values.get("teleop") is not None and "view" not in values:
+            values["view"] = SETTINGS["view"].read(SETTINGS["view"].lone, origins["teleop"])
+            origins["view"] = origins["teleop"]
         if values.get("ros2") == rules.FROM_ENVIRONMENT:
             domain = environment.get(rules.FROM_ENVIRONMENT, "").strip() or "0"
             values["ros2"] = SETTINGS["ros2"].read(domain, f"environment {rules.FROM_ENVIRONMENT}")

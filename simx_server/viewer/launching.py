@@ -66,13 +66,16 @@ def browser_address(listener: socket.socket) -> str:
 
 
 @contextmanager
-def page(listener: socket.socket, ports: Sequence[int], temporary_port: int) -> Generator[None]:
+def page(
+    listener: socket.socket, ports: Sequence[int], temporary_port: int, teleop: str | None = None
+) -> Generator[None]:
     """Run the web viewer within the block. It prints its address on stdout; a failure is logged.
 
     Args:
         listener: from `listen`; the function closes it.
         ports: where this server answers on 127.0.0.1.
         temporary_port: a connection there would start the simulation, so the viewer takes another if there is one.
+        teleop: an operator drives this arm, or the first one if it is empty.
     """
     server = f"127.0.0.1:{next((each for each in ports if each != temporary_port), ports[0])}"
     host, port = listener.getsockname()[:2]
@@ -82,6 +85,7 @@ def page(listener: socket.socket, ports: Sequence[int], temporary_port: int) -> 
         server,
         "--at",
         f"[{host}]:{port}" if ":" in host else f"{host}:{port}",
+        *(() if teleop is None else (f"--teleop={teleop}",)),
     ]
     # Not on Windows, where processes do not inherit sockets; there the viewer opens a socket at the same address.
     inherited = () if os.name == "nt" else (listener.fileno(),)

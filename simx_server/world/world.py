@@ -54,6 +54,7 @@ from simx_server.sensors.vision.vision_sensors import VisionSensors
 from simx_server.simulation.applied_forces import AppliedForces
 from simx_server.simulation.simulation import Simulation, SimulationState
 from simx_server.simulation.velocities import Velocities
+from simx_server.teleoperation.arm_drive import ArmDrive
 
 Action = Callable[[], object]
 
@@ -98,6 +99,7 @@ class World:
     scripts: Scripts
     searching: Searching
     ik_groups: IkGroups
+    arm_drive: ArmDrive
     path_plannings: PathPlannings
     motion_plannings: MotionPlannings
     paths: Paths
@@ -116,6 +118,7 @@ class World:
     """Makes another world of the same kind, with the empty scene; it shares the render thread."""
 
     STEP: ClassVar[tuple[Stage, ...]] = (
+        ("teleoperation", lambda world: world.arm_drive.has_work and world.arm_drive.move),
         ("scripts' actuation", lambda world: world.scripts.has_work and world.scripts.actuate),
         ("paths", lambda world: world.paths.has_work and world.paths.move),
         ("inverse kinematics", lambda world: world.ik_groups.has_work and world.ik_groups.handle_automatic),

@@ -65,7 +65,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     lifeline = sys.stdin.fileno() if options.until_eof else None
     with listener, watched(0, lifeline, _END_TIMEOUT):
         try:
-            serve_view(listener, options.server, told=_say)
+            serve_view(listener, options.server, told=_say, teleop=options.teleop)
         except KeyboardInterrupt:
             return INTERRUPTED
     return DONE
@@ -76,6 +76,8 @@ def serve_view(
     server: str,
     token: str | None = None,
     told: Callable[[str], object] = lambda _url: None,
+    *,
+    teleop: str | None = None,
 ) -> None:
     """Serve the web viewer until a signal ends it.
 
@@ -84,6 +86,7 @@ def serve_view(
         server: ``HOST:PORT``, or ``REALM@HOST:PORT``.
         token: the token to require; None chooses one if other machines can reach `listener`.
         told: called with the address for a browser.
+        teleop: the arm to drive, an empty text for the first one; None: none.
     """
     sys.argv[0] = OWN_NAME  # the name by which the server knows this process's clients
     with ExitStack() as stack:
@@ -96,7 +99,7 @@ def serve_view(
 
         browser = open_browser_server()
         stack.callback(browser.stop)
-        page = Page(browser, server)
+        page = Page(browser, server, teleop)
         stack.callback(page.close)
         gate = Gate(listener, (browser.get_host(), browser.get_port()), token)
         stack.callback(gate.close)
@@ -160,6 +163,13 @@ def make_parser() -> argparse.ArgumentParser:
         default="127.0.0.1:8080",
         metavar="PORT",
         help="where browsers find it (8080); HOST:PORT for others too, 0 for a free port",
+    )
+    parser.add_argument(
+        "--teleop",
+        nargs="?",
+        const="",
+        metavar="ARM",
+        help="drive an arm by keys, a gamepad and the mouse (the first arm)",
     )
     parser.add_argument(
         "--log-level", choices=LOG_LEVELS, default="warning", help="how much to tell (warning)"

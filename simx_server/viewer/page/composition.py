@@ -30,6 +30,7 @@ from .panels.views import FloatingViews
 from .panels.windows import Windows
 from .quiet_viser import renumber, set_title
 from .style import PAGE_STYLE, PANEL_WIDTH
+from .teleoperation.panel import Teleoperation
 from .tools.address import Addresses
 from .tools.files import Files
 from .tools.gizmo import Gizmo
@@ -67,7 +68,8 @@ P = TypeVar("P", bound=Panel)
 class Page:
     """The web viewer's content, served by viser. `run` until `end`."""
 
-    def __init__(self, browser: viser.ViserServer, address: str) -> None:
+    def __init__(self, browser: viser.ViserServer, address: str, arm: str | None = None) -> None:
+        """Make the content for a server; `arm`: an operator drives this arm, or the first one if it is empty."""
         self._browser = browser
         self._eye = Eye(address)
         self._hands = hands = Hands(address, self._tell)
@@ -98,10 +100,17 @@ class Page:
         self._is_kept = False
         """The server was asked to keep the past."""
 
+        box = None if arm is None else Teleoperation.add_box(gui)
+        self._teleoperation: Teleoperation | None = None
         self._view = Guarded(gui, "the 3-D view")
         self._sensed = Guarded(gui, "the readings of sensors in the 3-D view")
         self._surveyed = Guarded(gui, "what stands beside the bodies of the 3-D view")
         tabs = gui.add_tab_group()
+        if arm is not None and box is not None:
+            with tabs.add_tab("Drive"):
+                self._teleoperation = self._placed(
+                    "the tab of teleoperation", lambda: Teleoperation(browser, hands, arm, box)
+                )
         with tabs.add_tab("Objects"):
             self._placed("the folder of files", lambda: Files(gui, hands))
             gizmo = Gizmo(browser, hands)
@@ -202,6 +211,9 @@ class Page:
             state, seconds, steps = survey["past"]["now"]
             now: Look = {**look, "running": state, "time": seconds, "steps": steps}
         sensing = self._eye.sensing() if self._world.wants_sensing else None
+        if self._teleoperation is not None:
+            arms = self._eye.arms(self._teleoperation.arm)
+            self._teleoperation.show(arms, is_past=self._mirror.is_past)
         done = [
             self._surveyed.update(partial(self._world.survey, survey)),
             self._sensed.update(partial(self._world.sense, sensing)),

@@ -19,6 +19,8 @@ from simx_client import Client
 from simx_client.client import Calls
 from simx_client.errors import ConnectionFailed, NotConnected, SimxError, TimedOut
 from simx_client.protocol.add_ons.past import KEEP, Kept
+from simx_client.protocol.add_ons.teleoperation import ADD_ON as TELEOPERATION
+from simx_client.protocol.add_ons.teleoperation import ARMS, Arms
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SENSING, SURVEY, Look, Past, Sensing, Survey
 
@@ -139,6 +141,17 @@ class Eye:
         seen = cast(Past, msgpack.unpackb(answer, strict_map_key=False))
         self._model, self._arrays = seen["look"]["model"], seen["look"]["arrays_version"]
         return seen
+
+    def arms(self, name: str) -> Arms:
+        """Read the arms of the scene, and the state of one of them. Raises Away."""
+
+        def ask(client: Client) -> bytes:
+            return client.call(ARMS, TELEOPERATION, strings=[name], script_type=ADD_ON_TYPE).buffer
+
+        try:
+            return cast(Arms, msgpack.unpackb(self._link.ask(ask)))
+        except SimxError as error:
+            raise Away(str(error)) from None
 
     def sensing(self) -> Sensing:
         """Read what sensors measure. Raises Away."""
