@@ -52,7 +52,7 @@ class Imitator(nn.Module):
                 loss.backward()
                 optimizer.step()
                 schedule.step()
-        return float(loss)
+        return float(loss.detach())
 
     def pilot(self, observation: Numbers) -> tuple[Numbers, bool]:
         """Drive: a `cell.Pilot`."""
