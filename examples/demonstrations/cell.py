@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,8 @@ class Cell:
     """The simulation, in this process."""
 
     def __init__(self, record: Path | None = None) -> None:
-        settings = {} if record is None else {"record": str(record)}
+        """Open the scene; `record`: a new file for a recording."""
+        settings: dict[str, Any] = {} if record is None else {"record": str(record)}
         self.client = Client.embedded("pick_place", **settings)
         self._arm = self.client.joints(*[f"UR5_joint{number}" for number in range(1, 7)])
         self._seen = [self.client.object(name) for name in ("UR5_tip", "Cube", "Mark")]

@@ -41,7 +41,7 @@ def evaluate(network: Imitator, count: int) -> int:
 
 def imitate(folder: Path, *, demonstrations: int, epochs: int, trials: int, seed: int) -> tuple[int, int]:
     """Demonstrate, export, learn, evaluate; return successes of the demonstrations and of the network."""
-    torch.set_num_threads(2)
+    torch.set_num_threads(1)  # the network is small: two threads mostly wait for each other
     began = time.process_time()
 
     def say(text: str) -> None:
@@ -76,7 +76,7 @@ if __name__ == "__main__":
     parser.add_argument(
         "--demonstrations", type=int, default=50, metavar="N", help="episodes to learn from (50)"
     )
-    parser.add_argument("--epochs", type=int, default=300, help="passes over their steps (300)")
+    parser.add_argument("--epochs", type=int, default=100, help="passes over their steps (100)")
     parser.add_argument("--trials", type=int, default=50, help="episodes of the evaluation (50)")
     parser.add_argument("--seed", type=int, default=1, help="of the demonstrations and the network (1)")
     options = parser.parse_args()
