@@ -63,8 +63,8 @@ def imitate(folder: Path, *, demonstrations: int, epochs: int, trials: int, seed
     if code := export(words):
         raise SystemExit(code)
     observed, velocities, is_open = load(dataset)
-    network = Imitator()
-    loss = network.fit(observed, velocities, is_open, epochs=epochs, seed=seed)
+    network = Imitator(seed)
+    loss = network.fit(observed, velocities, is_open, epochs=epochs)
     say(f"learned from {len(observed)} steps, loss {loss:.4f}")
     reached = evaluate(network, trials)
     say(f"the network succeeded in {reached} of {trials} episodes that it has not seen")

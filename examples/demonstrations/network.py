@@ -17,8 +17,9 @@ BATCH = 256
 class Imitator(nn.Module):
     """Three layers. It sees where cube and mark are from the tip, since the way there does not depend on the place."""
 
-    def __init__(self) -> None:
+    def __init__(self, seed: int) -> None:
         super().__init__()
+        torch.manual_seed(seed)
         self.mean, self.deviation = nn.Buffer(torch.zeros(9)), nn.Buffer(torch.ones(9))
         self.layers = nn.Sequential(
             nn.Linear(9, HIDDEN), nn.ReLU(), nn.Linear(HIDDEN, HIDDEN), nn.ReLU(),
@@ -29,11 +30,8 @@ class Imitator(nn.Module):
         """Return (n, 4): shares of the speed along x, y and z, and a number that is above 0 to open the gripper."""
         return self.layers((features(observed) - self.mean) / self.deviation)
 
-    def fit(
-        self, observed: Numbers, velocities: Numbers, is_open: Numbers, *, epochs: int, seed: int
-    ) -> float:
+    def fit(self, observed: Numbers, velocities: Numbers, is_open: Numbers, *, epochs: int) -> float:
         """Learn from (n, 10), (n, 3) and (n,) numbers; return the last loss."""
-        torch.manual_seed(seed)
         inputs = torch.tensor(observed, dtype=torch.float32)
         wanted = torch.tensor(velocities / SPEED, dtype=torch.float32)
         opens = torch.tensor(is_open, dtype=torch.float32)

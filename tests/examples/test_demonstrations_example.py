@@ -39,8 +39,8 @@ def test_a_network_learns_from_recorded_demonstrations_and_drives_the_arm(
     observed, velocities, is_open = imitate.load(tmp_path / "demonstrations")
     assert observed.shape[1:] == (10,)
     assert set(np.unique(is_open)) == {0.0, 1.0}
-    network = imitate.Imitator()
-    network.fit(observed, velocities, is_open, epochs=40, seed=SEED)
+    network = imitate.Imitator(SEED)
+    network.fit(observed, velocities, is_open, epochs=40)
     made = [network.pilot(row) for row in observed]
     error = np.mean([np.linalg.norm(one[0] - wanted) for one, wanted in zip(made, velocities, strict=True)])
     assert error < 0.7 * np.mean(np.linalg.norm(velocities, axis=1)), "better than not to move"
