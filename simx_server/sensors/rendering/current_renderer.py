@@ -39,7 +39,7 @@ class CurrentRenderer:
     Args:
         choose: chooses the back end.
         make: makes a renderer for a model.
-        begin: is told what begins, and the seconds that it may take.
+        start: receives the name of a task that starts, and the seconds that it may take.
         close: ends the render thread.
     """
 
@@ -47,12 +47,12 @@ class CurrentRenderer:
         self,
         choose: Callable[[], Backend],
         make: Callable[[mujoco.MjModel, Backend], Renderer],
-        begin: Callable[[str, float], None],
+        start: Callable[[str, float], None],
         close: Callable[[], None],
     ) -> None:
         self._choose = choose
         self._make = make
-        self._begin = begin
+        self._start = start
         self._close = close
         self._renderer: Renderer | None = None
         self._model: mujoco.MjModel | None = None
@@ -70,12 +70,12 @@ class CurrentRenderer:
         if self._renderer is not None and self._model is model:
             return self._renderer
         if self.backend is None:
-            self._begin("trying OpenGL back ends", CHOSEN_WITHIN)
+            self._start("trying OpenGL back ends", CHOSEN_WITHIN)
             self.backend = self._choose()
             level = logging.WARNING if self.backend.name == RAYCAST else logging.INFO
             logger.log(level, "images are made with %s: %s", self.backend.name, self.backend.reason)
             self.ready.set()
-        self._begin(f"loading the scene with {self.backend.name}", DRAWN_WITHIN)
+        self._start(f"loading the scene with {self.backend.name}", DRAWN_WITHIN)
         self._model = None
         if self._renderer is None:
             self._renderer = self._make(model, self.backend)
@@ -91,7 +91,7 @@ class CurrentRenderer:
         """Free memory that the next image does not need."""
         if self._renderer is None:
             return
-        self._begin("giving memory back", DRAWN_WITHIN)
+        self._start("giving memory back", DRAWN_WITHIN)
         try:
             self._renderer.rest()
         except Exception as error:

@@ -1,4 +1,4 @@
-"""What the render thread works on: requested images, a preparation, and the task of this moment."""
+"""Work of the render thread: requested images, a preparation, and the task of this moment."""
 
 import time
 from collections.abc import Callable, Hashable, Sequence
