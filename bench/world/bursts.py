@@ -9,8 +9,6 @@ from contextlib import ExitStack, contextmanager
 from functools import partial
 from typing import Any
 
-from simx_server.sensors.vision.render_thread import RenderThread
-
 from bench.measuring.measure import Effort, Progress, Rounds, ratio
 from bench.measuring.report import Findings, Grid, Ratio
 from simx_server.app.building import build_world
@@ -18,6 +16,7 @@ from simx_server.editing import creating
 from simx_server.handlers.objects import objects, poses
 from simx_server.scene.editing import recompile
 from simx_server.scene.formats.loader import load_text
+from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.world.world import World
 
 from .boxes import boxes

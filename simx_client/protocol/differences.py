@@ -94,7 +94,7 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         "Port 19999 is always there.",
         "In V-REP it existed only while a simulation ran; here a connection to it starts a stopped one. The same holds "
-        "for a port that a script of the scene names, as in `simRemoteApi.start(20000)`.",
+        "for a port that a script names, as in `simRemoteApi.start(20000)`.",
         "tests/server/service/test_server_loop.py::test_joining_by_the_starting_port_starts_a_stopped_simulation",
         "simxStart",
         when="port 19999",

@@ -36,10 +36,18 @@ class Origins(Part):
     def model_changed(self, twins: Twins | None) -> None:
         # The stop of a run brings removed objects back; files of others are released.
         if twins is None or not self._sim.is_running:
-            objects = self._sim.scene.objects
-            self._of = {handle: origin for handle, origin in self._of.items() if handle in objects}
-            used = {source for source, _ in self._of.values()}
-            self._of_clients &= used if self.scene is None else used | {self.scene}
+            self._release()
+
+    def scene_edited(self) -> None:
+        if not self._sim.is_running:
+            self._release()
+
+    def _release(self) -> None:
+        """Forget the origins of objects that are gone, and files of which no object is left."""
+        objects = self._sim.scene.objects
+        self._of = {handle: origin for handle, origin in self._of.items() if handle in objects}
+        used = {source for source, _ in self._of.values()}
+        self._of_clients &= used if self.scene is None else used | {self.scene}
 
     def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
         for handle, copy in copies.items():

@@ -352,7 +352,7 @@ def test_a_step_before_the_first_episode_asks_for_a_reset(scene: Path, how: Any)
     ("low", "high"), [(1.0, 0.0), ((0.0, 1.0), (1.0, 0.0)), (np.nan, 1.0), (0.0, np.inf)]
 )
 def test_a_range_to_draw_from_has_a_lower_and_a_higher_end(low: Any, high: Any) -> None:
-    with pytest.raises(ValueError, match="Uniform needs finite low <= high"):
+    with pytest.raises(ValueError, match=r"Uniform needs (finite numbers|low <= high)"):
         Uniform(low, high)
 
 

@@ -57,10 +57,10 @@ def test_the_commands_of_the_package_are_there() -> None:
 
 
 def test_make_knows_the_file_that_links_an_environment_to_this_folder() -> None:
-    """Without it `make` installs the project again, as after `pip install '.[EXTRA]'`."""
+    """Without it `make` installs the project again, as after pip has installed `'.[EXTRA]'`."""
     origin = json.loads(metadata.distribution("simx-vrep").read_text("direct_url.json") or "{}")
     if not origin.get("dir_info", {}).get("editable"):
-        pytest.skip("the project is not installed with pip install -e")
+        pytest.skip("the project is not installed in editable form")
     (name,) = re.findall(r"site-packages/(\S+\.pth)", (ROOT / "Makefile").read_text(encoding="utf-8"))
     assert Path(sysconfig.get_path("purelib"), name).exists()
 
