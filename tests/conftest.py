@@ -34,7 +34,10 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 TESTS = Path(__file__).parent
 LONGEST = (
+    "test_editor_browser.py",
     "test_view_browser.py",
+    "test_view_page.py",
+    "test_editor_hostile.py",
     "test_fleets_on_ray.py",
     "test_classroom_browser.py",
     "test_saved_scenes.py",

@@ -30,31 +30,30 @@ window.cancelAnimationFrame = clearTimeout;
 
 
 def test_a_line_is_a_wish() -> None:
-    assert parse("7 1.00 0.00 -0.50 0.00 0.00 0.25 hg.") == Input(
-        (1.0, 0.0, -0.5), (0.0, 0.0, 0.25), True, True
-    )
-    still = parse("8 0 0 0 0 0 0 .")
+    assert parse("7 1.00 0.00 -0.50 0.00 0.00 0.25 hg3") == Input((1.0, 0.0, -0.5), (0.0, 0.0, 0.25), True, 3)
+    still = parse("8 0 0 0 0 0 0 g0")
     assert still is not None
     assert still.is_still
     assert not still.is_held
-    assert parse("9 5 0 0 0 0 -5 .") == Input((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), False, False)
+    assert parse("9 5 0 0 0 0 -5 g0") == Input((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), False, 0)
 
 
 @pytest.mark.parametrize(
-    "line", ["", "1 2 3", "1 a 0 0 0 0 0 .", "1 nan 0 0 0 0 0 .", f"1 0 0 0 0 0 0 {'.' * 100}"]
+    "line",
+    ["", "1 2 3", "1 a 0 0 0 0 0 g0", "1 nan 0 0 0 0 0 g0", "1 0 0 0 0 0 0 g", f"1 0 0 0 0 0 0 g{'0' * 100}"],
 )
 def test_other_lines_are_no_wish(line: str) -> None:
     assert parse(line) is None
 
 
 def test_forward_leads_away_from_the_camera_and_along_the_base() -> None:
-    wish = Input((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), False, False)
+    wish = Input((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), False, 0)
     # A camera that looks along y and a little down: x is right, y down, z ahead.
     tilt = np.radians(100) / 2
     view = axes_of_view((np.cos(tilt), -np.sin(tilt), 0.0, 0.0))
     seen = twist(wish, view, 0.2, 0.5)
     assert seen == pytest.approx([0.0, 0.2, 0.0, 0.0, 0.0, 0.5])
-    left = twist(Input((0.0, 1.0, 0.0), (0.0, 0.0, 0.0), False, False), view, 0.2, 0.5)
+    left = twist(Input((0.0, 1.0, 0.0), (0.0, 0.0, 0.0), False, 0), view, 0.2, 0.5)
     assert left == pytest.approx([-0.2, 0.0, 0.0, 0.0, 0.0, 0.0])
     half = np.sqrt(0.5)
     assert twist(wish, axes_of_base((0.0, 0.0, half, half)), 0.2, 0.5) == pytest.approx(

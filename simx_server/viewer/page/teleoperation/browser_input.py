@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import dataclass
 
 MARKER = "simx-operator"
@@ -16,6 +17,8 @@ MARKER = "simx-operator"
 _AXES = 6
 _LONGEST = 100
 """Letters of a line."""
+
+_FLAGS = re.compile(r"(h?)g([0-9]{1,9})")
 
 KEYS = {
     "W / S": "forward, back",
@@ -49,7 +52,8 @@ class Input:
     is_held: bool
     """Whether a mouse button is pressed, as while the gizmo is dragged."""
 
-    toggles_gripper: bool
+    presses: int
+    """How often the key of the gripper was pressed in this browser: a line may be lost, its successor counts."""
 
     @property
     def is_still(self) -> bool:
@@ -69,7 +73,8 @@ def parse(line: str) -> Input | None:
     if not all(map(math.isfinite, numbers)):
         return None
     x, y, z, a, b, c = (max(-1.0, min(1.0, number)) for number in numbers)
-    return Input((x, y, z), (a, b, c), "h" in words[-1], "g" in words[-1])
+    flags = _FLAGS.fullmatch(words[-1])
+    return flags and Input((x, y, z), (a, b, c), bool(flags[1]), int(flags[2]))
 
 
 SCRIPT = f"""
@@ -78,7 +83,7 @@ SCRIPT = f"""
   window.simxOperator = true;
   const keys = {json.dumps(_CODES)};
   const pressed = new Set();
-  let isHeld = false, toggles = false, wasActive = false, number = 0, wasButton = false;
+  let isHeld = false, presses = 0, sent = 0, wasActive = false, number = 0, wasButton = false;
   const marker = () => document.querySelector(".{MARKER}");
   const box = () => document.querySelector("div:has(> .{MARKER}) + div input");
   const isOn = () => marker()?.dataset.on === "1";
@@ -91,7 +96,7 @@ SCRIPT = f"""
     event.preventDefault();
     event.stopImmediatePropagation();
     if (event.code in keys) pressed.add(event.code);
-    else if (!event.repeat) toggles = true;
+    else if (!event.repeat) presses += 1;
   }}, true);
   window.addEventListener("keyup", event => {{
     if (pressed.delete(event.code) || takes(event)) event.stopImmediatePropagation();
@@ -114,20 +119,20 @@ SCRIPT = f"""
     axes[5] -= stick(pad.axes[2]);
     axes[3] += down(5) - down(4);
     axes[4] += down(13) - down(12);
-    if (down(0) && !wasButton) toggles = true;
+    if (down(0) && !wasButton) presses += 1;
     wasButton = down(0) === 1;
     return axes;
   }};
   const set = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
   setInterval(() => {{
     const place = box();
-    if (!isOn() || !place) {{ toggles = false; return; }}
+    if (!isOn() || !place) return;
     const axes = read();
-    const isActive = isHeld || toggles || axes.some(each => each !== 0);
+    const isActive = isHeld || presses !== sent || axes.some(each => each !== 0);
     if (!isActive && !wasActive) return;
     wasActive = isActive;
-    const flags = (isHeld ? "h" : "") + (toggles ? "g" : "") + ".";
-    toggles = false;
+    const flags = (isHeld ? "h" : "") + "g" + presses;
+    sent = presses;
     number += 1;
     set.call(place, [number, ...axes.map(each => each.toFixed(2)), flags].join(" "));
     place.dispatchEvent(new Event("input", {{bubbles: true}}));

@@ -48,6 +48,9 @@ class Teleoperation:
         self._name = name
         self._arms: t.Arms | None = None
         self._sent: Latest[_Command] = Latest(hands, _call)
+        self._presses: dict[int, int] = {}
+        """How often the key of the gripper was pressed, by browser."""
+
         self._successes = 0
         self._state = gui.add_html("")
         self._on = gui.add_checkbox("Keys and gamepad drive", True, hint="click into the view first")
@@ -118,7 +121,9 @@ class Teleoperation:
         if event.client is None or wish is None or arms is None or not arms["tip"]:
             return
         arm = arms["tip"]
-        if wish.toggles_gripper:
+        browser = event.client.client_id
+        pressed, self._presses[browser] = wish.presses - self._presses.get(browser, 0), wish.presses
+        if pressed % 2:
             command: _Command = t.GRIPPER, [int(not arms["is_open"])], [], arm
             arms["is_open"] = not arms["is_open"]
             self._hands.do(lambda client: _call(client, command))

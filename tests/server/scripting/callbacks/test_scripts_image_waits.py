@@ -14,7 +14,7 @@ SCENE = """
   <custom><text name="simx:script:base" data="file={file}"/></custom>
 </mujoco>
 """
-LIMIT = 0.1
+LIMIT = 0.3
 WAITS = {
     "waits.lua": """
         function sysCall_actuation()
@@ -57,7 +57,7 @@ def test_the_time_of_a_wait_for_images_does_not_count(tmp_path: Path, name: str)
 
     def serve_others() -> None:
         if painter.is_asked:  # a client keeps the server busy until the picture is there
-            busy_for(2.5 * LIMIT)
+            busy_for(0.6 * LIMIT)  # three times: more than the limit
             painter.paint()
 
     world.sim.interruptions.serve_others = serve_others

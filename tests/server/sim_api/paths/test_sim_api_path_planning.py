@@ -79,7 +79,7 @@ def test_a_search_without_a_way_fails_and_leaves_the_path(tmp_path: Path) -> Non
     (results,) = world.lua(
         H
         + """
-        local search, results = simInitializePathSearch(task, 0.25, 0.1), {}
+        local search, results = simInitializePathSearch(task, 0.8, 0.02), {}
         repeat results[#results + 1] = simPerformPathSearchStep(search, false) until results[#results] ~= -2
         return results
         """
