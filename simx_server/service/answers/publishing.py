@@ -194,7 +194,9 @@ class Publisher:
                     published: Future[None] = Future()
                     stream.pending, stream.last = published, None
                     stream.sent_version = version if every_image else None
-                    publish = partial(self._publish_image, session, stream.stream_id, time_ms, published)
+                    publish = partial(
+                        self._publish_image, session, stream.stream_id, time_ms, published, every_image
+                    )
                     answer.add_done_callback(publish)
                     continue
                 status, values = answer
@@ -267,11 +269,13 @@ class Publisher:
         stream_id: int,
         time_ms: int,
         published: Future[None],
+        in_order: bool,
         done: Future[Answer],
     ) -> None:
+        # Between steps it is not sent in order: a client that computes reads nothing, and images would pile up.
         try:
             status, values = done.result()
             delivery = self._messages.delivery(session, [Reply(stream_id, status, time_ms, values)])
-            session.link.publish_image(stream_id, delivery, in_order=session.is_stepping)
+            session.link.publish_image(stream_id, delivery, in_order=in_order)
         finally:
             published.set_result(None)

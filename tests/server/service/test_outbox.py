@@ -455,3 +455,9 @@ def test_the_image_of_a_step_reaches_a_client_that_steps_in_order_and_once(world
     for _ in range(3):
         world.loop.turn(max_wait=1.0)
     assert len(pictures) == count + 1
+    world.simulation.version += 1  # another client edits the scene
+    world.loop.turn(max_wait=1.0)
+    assert len(pictures) == count + 2
+    link.heard.clear()
+    pictures[-1].set_result(image)
+    assert link.heard == [(-3, [1])]
