@@ -28,6 +28,9 @@ window.cancelAnimationFrame = clearTimeout;
 """
 """Eight frames a second: the browser would draw as many as one core of the processor can."""
 
+PAD = "window.pad = null; navigator.getGamepads = () => [window.pad];"
+"""In place of a gamepad; its axes and buttons are those of the browser's standard layout."""
+
 
 def test_a_line_is_a_wish() -> None:
     assert parse("7 1.00 0.00 -0.50 0.00 0.00 0.25 hg3") == Input((1.0, 0.0, -0.5), (0.0, 0.0, 0.25), True, 3)
@@ -97,14 +100,16 @@ def pictures() -> Any:
 @pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.gl
-def test_keys_drive_the_arm_until_the_browser_is_gone_and_buttons_mark_an_episode(pictures: Any) -> None:
+def test_keys_and_a_gamepad_drive_the_arm_until_the_browser_is_gone_and_buttons_mark_an_episode(
+    pictures: Any,
+) -> None:
     with (
         server("pick_place", "--teleop", "UR5", "--view", 0, ports=(0,)) as process,
         Client(f"127.0.0.1:{process.port}") as client,
         pictures.chromium() as chromium,
     ):
         url = read_line(process.process, SOON).split()[1]
-        page = pictures.open_page(chromium, url, 900, 600, script=FEW_FRAMES)
+        page = pictures.open_page(chromium, url, 900, 600, script=FEW_FRAMES + PAD)
 
         def arms() -> Arms:
             return cast(Arms, msgpack.unpackb(client.call("arms", ADD_ON, script_type=ADD_ON_TYPE).buffer))
@@ -138,6 +143,12 @@ def test_keys_drive_the_arm_until_the_browser_is_gone_and_buttons_mark_an_episod
         assert until(lambda: not arms()["is_driven"])
         page.keyboard.press("Space")
         assert until(lambda: not arms()["is_open"])
+        height = arms()["position"][2]
+        page.evaluate("window.pad = {connected: true, axes: [0, 0, 0, -1], buttons: [{pressed: true}]}")
+        assert until(lambda: arms()["is_open"])
+        assert until(lambda: arms()["position"][2] > height + 0.02)
+        page.evaluate("window.pad = null")
+        assert until(lambda: not arms()["is_driven"])
         page.get_by_role("button", name="Success", exact=True).click()
         assert until(lambda: mark() == SUCCEEDED)
         page.keyboard.down("KeyW")
