@@ -23,7 +23,7 @@ TURN = 0.05
 """Seconds between two reads of output, at least."""
 
 SHARE = 0.02
-"""Part of the page's time that the output of one program may take: a program that writes without end waits."""
+"""Part of the page's processor time that the output of one program may take: one that writes without end waits."""
 
 AT_ONCE = 1 << 16
 """Bytes to read at a time."""
@@ -137,10 +137,10 @@ class Run:
         loop.add_reader(program.output_file, has_news.set)
         try:
             while True:
-                began = time.monotonic()
+                began = time.thread_time()
                 if not program.pump():
                     break
-                took = time.monotonic() - began
+                took = time.thread_time() - began
                 has_news.clear()
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(LOOK):

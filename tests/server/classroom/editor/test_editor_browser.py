@@ -67,11 +67,24 @@ EDIT = """text => {
 }"""
 
 
+FEW_FRAMES = """
+if (window !== window.top) {
+    const frame = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = draw => setTimeout(() => frame(draw), 1000);
+    window.cancelAnimationFrame = clearTimeout;
+}
+"""
+"""One frame a second in the 3-D views: eight that are drawn by software would take all of the processor, from other
+tests too.
+"""
+
+
 class Student:
     """One seat in a separate browser."""
 
     def __init__(self, context: BrowserContext, simx: Class, seat: int) -> None:
         self.seat, self.simx = seat, simx
+        context.add_init_script(FEW_FRAMES)
         self.page: Page = context.new_page()
         self.page.set_default_timeout(1000 * SOON)
         self.faults: list[str] = []
