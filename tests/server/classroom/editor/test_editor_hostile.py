@@ -177,7 +177,7 @@ def test_lines_of_megabytes_and_controls_are_shown_as_short_text(room: Class) ->
         room,
         r"""
         import sys
-        sys.stdout.write("y" * 10_000_000 + "\n")
+        sys.stdout.write("y" * 3_000_000 + "\n")
         print("\x1b[2J\x1b]0;title\x07<script>alert(1)</script>\x00\x9b31m")
         sys.stdout.buffer.write(b"\xff\xfe\n")
         """,
