@@ -27,7 +27,10 @@ from simx_server.processes.early_end import ended_by_sigterm
 from simx_server.processes.lifeline import GRACE as LIFELINE_GRACE
 from simx_server.processes.watchdog import Watchdog, watched
 from simx_server.sensors.opengl.mujoco_import import import_mujoco
-from simx_server.settings.settings import SETTINGS, SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.listing import list_settings
+from simx_server.settings.rules import SettingError
+from simx_server.settings.settings import SETTINGS, Settings
 
 logger = logging.getLogger(__name__)
 
@@ -176,7 +179,7 @@ def _run(argv: Sequence[str] | None) -> int:
     if page is not None and "markdown" in form:
         parser.error(f"--markdown is for lists; valid: --{page.replace('_', '-')} with --json or nothing")
     try:
-        settings = Settings.gather(given, os.environ)
+        settings = gather(given, os.environ)
     except SettingError as error:
         parser.error(str(error))
     if show_settings:
@@ -237,7 +240,7 @@ def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
 
 
 def _print_settings(settings: Settings) -> int:
-    rows = settings.table()
+    rows = list_settings(settings)
     name_width, value_width = (max(len(row[column]) for row in rows) for column in (0, 1))
     for name, value, origin in rows:
         sys.stdout.write(f"{name:{name_width}}  {value:{value_width}}  {origin}\n")

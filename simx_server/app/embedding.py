@@ -22,7 +22,9 @@ from simx_server.gateways.errors import GatewayError
 from simx_server.recording import Recorder
 from simx_server.sensors.opengl.backend import requested_backend
 from simx_server.service.loop import ServerLoop
-from simx_server.settings.settings import SETTINGS, SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
+from simx_server.settings.settings import SETTINGS, Settings
 from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.launching import browser_address, listen, missing, page
@@ -166,7 +168,7 @@ def _settings(arguments: Sequence[str]) -> Settings:
         if name not in SETTINGS or SETTINGS[name].needs_process:
             flag = f"--{name.replace('_', '-')}"
             raise SettingError(f"{flag} is for a simx-server in a separate process; leave it out")
-    settings = Settings.gather(given, os.environ)
+    settings = gather(given, os.environ)
     if not any(name in settings.origins for name in OPENING_SETTINGS):
         settings = dataclasses.replace(settings, ports=(0,) if settings.view is not None else ())
     return settings

@@ -31,6 +31,7 @@ from simx_server.gateways.descriptors import raise_limit
 from simx_server.history.succession import Inheritance, Succession
 from simx_server.processes.children import ENDS_WITHIN, become, ending_signals, fork, how_it_ended
 from simx_server.processes.watchdog import Watchdog, watched
+from simx_server.settings.derived import at_ports, of_member, of_start
 from simx_server.settings.settings import Settings
 from simx_server.viewer.launching import listen, missing
 from simx_server.world.world import World
@@ -120,7 +121,7 @@ def serve(settings: Settings, watchdog: Watchdog | None = None) -> int:
         fleet = Fleet(signals, loaded, watchdog, page_listener or None, is_single=settings.count is None)
         stack.callback(fleet.close)
         for number in range(settings.count or 1):
-            fleet.add(settings if settings.count is None else settings.member(number), number)
+            fleet.add(settings if settings.count is None else of_member(settings, number), number)
         if settings.until_eof:
             fleet.end_with(sys.stdin.fileno())
         return fleet.supervise()
@@ -307,7 +308,7 @@ class Fleet:
             if self._is_single:
                 sys.stdout.write(line)
                 sys.stdout.flush()
-            member.settings = member.settings.at(place["ports"], place["endpoints"])
+            member.settings = at_ports(member.settings, place["ports"], place["endpoints"])
         if member.succession is not None:
             member.succession.is_ready()
 
@@ -327,7 +328,7 @@ class Fleet:
             )
             return False
         logger.error("%s ended %s and is started again", member.name, how_it_ended(exit_code))
-        member.settings = member.settings.for_start(member.starts + 1)
+        member.settings = of_start(member.settings, member.starts + 1)
         member.start_at = time.monotonic() + member.succession.pause
         return True
 

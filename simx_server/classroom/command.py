@@ -23,6 +23,7 @@ from simx_client.protocol.cli.exit_codes import FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.cli.parser import Parser
 from simx_server.processes import log_format
 from simx_server.sensors.opengl.mujoco_import import import_mujoco
+from simx_server.settings.gathering import gather
 from simx_server.settings.rules import FOLDER, PORT, Rule, SettingError, between, matching, new_file
 from simx_server.settings.settings import SETTINGS, Settings
 
@@ -153,7 +154,7 @@ def main(argv: Sequence[str] | None = None, program: str = "simx classroom") -> 
     given = {name: value for name, value in vars(options).items() if name in OF_SERVERS}
     variables = {SETTINGS[name].variable for name in OF_SERVERS}
     try:
-        base = Settings.gather(given, {name: text for name, text in os.environ.items() if name in variables})
+        base = gather(given, {name: text for name, text in os.environ.items() if name in variables})
     except SettingError as error:
         parser.error(str(error))
     level = base.log_level if "log_level" in base.origins else "warning"

@@ -20,7 +20,9 @@ from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.urdf.reading import is_urdf
 from simx_server.scene.formats.urdf.xacro_files import is_xacro
 from simx_server.settings.conflicts import DECISIVE
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
+from simx_server.settings.settings import Settings
 
 from .. import __version__
 from ..errors import CommandError
@@ -103,7 +105,7 @@ class Opened:
             flags["ros2_messages"] = self._write_messages()
             flags["unconfined_scripts"] = chosen.unconfined_scripts
             flags["limit"] = [*flags.get("limit", ()), _MANY_IMAGES]
-            return Settings.gather(flags, {})
+            return gather(flags, {})
         except (SettingError, AttributeError, IndexError, OSError, TypeError, ValueError) as error:
             raise LogError(f"the recording's header cannot be used: {error}") from None
 

@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import fields
-from typing import TYPE_CHECKING
 
-from .rules import LAST_ROS_DOMAIN, SettingError
+from .derived import of_member
+from .rules import LAST_ROS_DOMAIN, SettingError, port_of
+from .settings import Settings
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from .settings import Settings
-
-    Conflicts = Iterator[tuple[str, str]]
-    """Fields, and what is wrong with them."""
+Conflicts = Iterator[tuple[str, str]]
+"""Fields, and what is wrong with them."""
 
 DECISIVE = (
-    *(
-        "time_step",
-        "arguments",
-        "seed",
-        "planner",
-        "command_server",
-        "allow_code",
-        "allow_machine",
-        "limit",
-        "history",
-    ),
+    "time_step",
+    "arguments",
+    "seed",
+    "planner",
+    "command_server",
+    "allow_code",
+    "allow_machine",
+    "limit",
+    "history",
 )
 """Fields that, beside the scene, determine a simulation: a recording stores them, for its replays."""
 
@@ -46,7 +41,7 @@ def _ports(settings: Settings) -> Conflicts:
     chosen = [port for port in settings.ports if port]
     for port in sorted(port for port in chosen if chosen.count(port) > 1):
         yield "ports", f"{port} is given twice; valid: each port once, 0 as often as you like"
-    legacy = [port for port in (int(each.rpartition(":")[2]) for each in settings.legacy_ports) if port]
+    legacy = [port for port in map(port_of, settings.legacy_ports) if port]
     for port in sorted(port for port in legacy if legacy.count(port) > 1):
         yield "legacy_ports", f"{port} is given twice; valid: each port once, 0 as often as you like"
     for port in sorted({*chosen} & {*legacy}):
@@ -81,9 +76,9 @@ def _count(settings: Settings) -> Conflicts:
                 "valid: one of both, and for one of many: python -m simx_server.viewer 127.0.0.1:PORT"
             ),
         )
-    last = settings.member(settings.count - 1)
+    last = of_member(settings, settings.count - 1)
     others = [*last.legacy_ports, *(each for each in (last.zmq, last.zmq2) if each)]
-    if max(*last.ports, 0, *(int(each.rpartition(":")[2]) for each in others)) > 65535:
+    if max(*last.ports, 0, *map(port_of, others)) > 65535:
         yield (
             "count",
             (

@@ -212,6 +212,11 @@ def legacy_address(text: str) -> str:
     return address
 
 
+def port_of(address: str) -> int:
+    """Return the port of ``HOST:PORT``."""
+    return int(address.rpartition(":")[2])
+
+
 def next_address(address: str, number: int) -> str:
     """Return ``HOST:PORT`` with a port that is higher by a number; 0, a free one, stays."""
     host, _, port = address.rpartition(":")

@@ -3,15 +3,14 @@
 A value comes from the flag, else from the environment variable, else from the default; its origin is kept for
 ``--show-settings``. The variable follows from the flag: ``--time-step`` is ``SIMX_TIME_STEP``.
 
-This module reads no files and imports neither mujoco nor zenoh, so ``--help`` stays quick.
+`gathering.py` makes the record. This module reads no files and imports neither mujoco nor zenoh, so ``--help`` stays
+quick.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import math
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -25,10 +24,7 @@ from simx_server.limits import Limits, limit_text
 from simx_server.processes.log_format import FORMATS as LOG_FORMATS
 
 from . import rules
-from .conflicts import refuse_conflicts
-from .rules import YES_OR_NO, Rule, Setting, SettingError
-
-__all__ = ["SETTINGS", "SettingError", "Settings"]
+from .rules import YES_OR_NO, Rule, Setting
 
 LOG_LEVELS = ("debug", "info", "warning", "error")
 OWN, OMPL = "own", "ompl"
@@ -53,8 +49,7 @@ def _setting(default: Any, help: str, rule: Rule = YES_OR_NO, **more: Any) -> An
 class Settings:
     """All settings of a server at its start. Times are in seconds.
 
-    ``Settings(ports=(0,), speed=math.inf)`` in code takes values as they are; texts from users go through
-    :meth:`gather`.
+    ``Settings(ports=(0,), speed=math.inf)`` in code takes values as they are; texts from users go through `gather`.
     """
 
     scene: str | None = _setting(
@@ -416,133 +411,6 @@ class Settings:
         if self.replay or self.snapshot or self.save or self.save_mjcf or self.convert:
             return False
         return self.count is not None if self.supervised is None else self.supervised
-
-    @classmethod
-    def gather(cls, flags: Mapping[str, Any], environment: Mapping[str, str]) -> Settings:
-        """Make settings from parsed flags (field name to text, list of texts or bool) and the environment.
-
-        An empty variable counts as absent. Raises SettingError for the first bad value.
-        """
-        values: dict[str, Any] = {}
-        origins: dict[str, str] = {}
-        for name, setting in SETTINGS.items():
-            given: Any
-            if name in flags:
-                origin = "argument " + setting.flag if setting.is_positional else "flag " + setting.flag
-                given = flags[name]
-            elif text := environment.get(setting.variable, "").strip():
-                origin = "environment " + setting.variable
-                given = re.split(r"[,\s]+", text.strip(" ,")) if setting.many else text
-            else:
-                continue
-            origins[name] = origin
-            if isinstance(given, bool):
-                values[name] = given
-            elif setting.many:
-                values[name] = tuple(setting.read(text, origin) for text in given)
-            else:
-                values[name] = setting.read(given, origin)
-        if "ports" not in values and (legacy := values.get("legacy_ports")):
-            values["ports"] = _give_way(legacy)
-        if values.get("teleop") is not None and "view" not in values:
-            values["view"] = SETTINGS["view"].read(SETTINGS["view"].lone, origins["teleop"])
-            origins["view"] = origins["teleop"]
-        if values.get("ros2") == rules.FROM_ENVIRONMENT:
-            domain = environment.get(rules.FROM_ENVIRONMENT, "").strip() or "0"
-            values["ros2"] = SETTINGS["ros2"].read(domain, f"environment {rules.FROM_ENVIRONMENT}")
-        settings = cls(**values, origins=MappingProxyType(origins))
-        refuse_conflicts(settings)
-        return settings
-
-    def member(self, number: int) -> Settings:
-        """Return the settings of one of ``--count`` servers, counted from 0: its ports follow those of the one before.
-
-        With 19997 and 19999 the next has 20000 and 20002; 0 stays 0. A given realm becomes ``NAME-0``, ``NAME-1``. Each
-        has a separate domain of ROS 2, the one after that of the server before.
-        """
-        fixed = [port for port in (*self.ports, *map(port_of, self.legacy_ports)) if port]
-        offset = number * (max(fixed) - min(fixed) + 1) if fixed else 0
-        return dataclasses.replace(
-            self,
-            ports=tuple(port and port + offset for port in self.ports),
-            legacy_ports=tuple(_moved(address, offset) for address in self.legacy_ports),
-            temporary_port=self.temporary_port + (offset if self.temporary_port in fixed else 0),
-            realm=self.realm and f"{self.realm}-{number}",
-            ros2=None if self.ros2 is None else self.ros2 + number,
-            zmq=self.zmq and rules.next_address(self.zmq, number),
-            zmq2=self.zmq2 and rules.next_address(self.zmq2, number),
-            count=None,
-            supervised=self.is_supervised,
-        )
-
-    def at(self, ports: Sequence[int], endpoints: Sequence[str]) -> Settings:
-        """Return the settings of a server at the ports that this one has found.
-
-        Args:
-            ports: of the server, in the order of `ports`.
-            endpoints: all of its endpoints; others than Zenoh's start with the name of the gateway.
-        """
-
-        def found(name: str) -> list[str]:
-            return [each.removeprefix(f"{name}/") for each in endpoints if each.startswith(f"{name}/")]
-
-        return dataclasses.replace(
-            self,
-            ports=tuple(ports),
-            legacy_ports=tuple(found("legacy")),
-            zmq=next(iter(found("zmq")), None),
-            zmq_viewers=next(iter(found("zmq-viewers")), None),
-            zmq2=next(iter(found("zmq2")), None),
-            zmq2_viewers=next(iter(found("zmq2-viewers")), None),
-        )
-
-    def for_start(self, number: int) -> Settings:
-        """Return the settings of a server that is started again, `number` times in all; its films are further files."""
-
-        def further(path: Path | None) -> Path | None:
-            return path and path.with_stem(f"{re.sub(r'-[0-9]+$', '', path.stem)}-{number}")
-
-        return dataclasses.replace(
-            self, video=further(self.video), state_log=further(self.state_log), rosbag=further(self.rosbag)
-        )
-
-    def table(self) -> list[tuple[str, str, str]]:
-        """Return (name as in the flag, value as text, origin) of every setting, in order of declaration."""
-        return [
-            (
-                setting.flag.lstrip("-").lower(),
-                setting.unset if (value := getattr(self, name)) is None else _shown(value),
-                self.origins.get(name, "default"),
-            )
-            for name, setting in SETTINGS.items()
-        ]
-
-
-def port_of(address: str) -> int:
-    """Return the port of ``HOST:PORT``."""
-    return int(address.rpartition(":")[2])
-
-
-def _moved(address: str, offset: int) -> str:
-    host, _, port = address.rpartition(":")
-    return f"{host}:{int(port) and int(port) + offset}"
-
-
-def _give_way(legacy: tuple[str, ...]) -> tuple[int, ...]:
-    """Return the default ports without those that original clients are to find, or a free one if none is left."""
-    taken = {port_of(address) for address in legacy}
-    default: tuple[int, ...] = Settings.ports
-    return tuple(port for port in default if port not in taken) or (0,)
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, tuple):
-        return " ".join(map(str, value)) or "none"  # pyright: ignore[reportUnknownArgumentType]
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if value == math.inf:
-        return "max"
-    return str(value)
 
 
 SETTINGS: Mapping[str, Setting] = MappingProxyType(

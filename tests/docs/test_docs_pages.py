@@ -26,7 +26,7 @@ from simx_server.files.library import list_scenes
 from simx_server.joints.state import bind, initial_state
 from simx_server.scene.formats.annotations import GRAMMAR
 from simx_server.scene.formats.loader import load_scene, load_text
-from simx_server.settings.settings import Settings
+from simx_server.settings.gathering import gather
 from simx_server.viewer.page import command as view_command
 
 pytestmark = pytest.mark.slow
@@ -261,7 +261,7 @@ def test_view_page_commands_are_understood(capsys: pytest.CaptureFixture[str]) -
         arguments = shlex.split(re.split(r" {2,}", rest)[0])
         if program == "simx-server":
             flags = vars(cli.make_parser().parse_args(arguments))
-            assert Settings.gather({"view": flags["view"]}, {}).view
+            assert gather({"view": flags["view"]}, {}).view
         else:
             with pytest.raises(SystemExit) as left:
                 view_command.main([*arguments, "--help"])

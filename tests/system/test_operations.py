@@ -18,6 +18,7 @@ from simx_client.cli.status import command as status
 from simx_client.protocol.reports import Metrics
 from simx_server.app import cli
 from simx_server.processes.log_format import JsonFormatter
+from simx_server.settings.gathering import gather
 from simx_server.settings.settings import Settings
 
 PAGE = (ROOT / "docs" / "operators" / "operations.md").read_text()
@@ -27,7 +28,7 @@ RECIPES = dict(re.findall(r"^```(?:ini|dockerfile) (\S+)\n(.*?)^```$", PAGE, re.
 def settings_of(words: list[str], folder: Path) -> Settings:
     """Settings as the server would read these flags, with a folder in the place of those of the page."""
     here = [re.sub(r"^/(var/lib|etc)/simx(/|$)", f"{folder}/", word) for word in words]
-    return Settings.gather(vars(cli.make_parser().parse_args(here)), {})
+    return gather(vars(cli.make_parser().parse_args(here)), {})
 
 
 def test_page_has_all_recipes() -> None:
@@ -65,7 +66,7 @@ def test_container_starts_with_flags_and_variables_that_there_are(tmp_path: Path
     words = json.loads(re.findall(r"^CMD (\[.*\])$", recipe, re.MULTILINE)[0])
     assert settings_of(words, tmp_path).listen == ("tls/0.0.0.0:7447",)
     variables = dict(re.findall(r"(SIMX_\w+)=(\S+)", recipe))
-    settings = Settings.gather({}, {**variables, "SIMX_WORKSPACE": str(tmp_path)})
+    settings = gather({}, {**variables, "SIMX_WORKSPACE": str(tmp_path)})
     assert settings.log_format == "json"
     assert len(settings.origins) == len(variables)
     (check,) = re.findall(r"^HEALTHCHECK .* CMD (\[.*\])$", recipe, re.MULTILINE)

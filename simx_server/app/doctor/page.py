@@ -11,7 +11,8 @@ from dataclasses import asdict
 
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE
 from simx_client.protocol.cli.terminal import Paint
-from simx_server.settings.settings import Settings, port_of
+from simx_server.settings.rules import port_of
+from simx_server.settings.settings import Settings
 
 from . import graphics, machine, network
 from .findings import OK, PROBLEM, WARNING, Finding

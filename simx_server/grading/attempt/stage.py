@@ -52,7 +52,7 @@ def _serve(stage: Stage) -> int:
     from simx_server.gateways.lane.handed import HandedLanes
     from simx_server.recording import Recorder
     from simx_server.service.service import Service
-    from simx_server.settings.settings import Settings
+    from simx_server.settings.gathering import gather
     from simx_server.world.world import World
 
     from .random_values import set_random
@@ -77,7 +77,7 @@ def _serve(stage: Stage) -> int:
 
     with ExitStack() as stack:
         try:
-            settings = Settings.gather(stage.settings, {})
+            settings = gather(stage.settings, {})
             assert settings.record is not None
             recorder = Recorder(settings.record, settings)
             stack.callback(recorder.close)

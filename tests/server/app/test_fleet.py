@@ -19,7 +19,9 @@ from forked import Forked
 from processes import read_line, running, wait_until
 
 import simx_client as v
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.derived import of_member
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
 
 BLOCKING = v.simx_opmode_blocking
 TIMEOUT = 20.0
@@ -245,16 +247,16 @@ def test_an_image_can_be_had_from_each(log: Path) -> None:
 
 
 def test_ports_of_the_next_follow_those_of_the_one_before() -> None:
-    settings = Settings.gather({"count": "3", "realm": "lab"}, {})
-    members = [settings.member(number) for number in range(3)]
+    settings = gather({"count": "3", "realm": "lab"}, {})
+    members = [of_member(settings, number) for number in range(3)]
     assert [member.ports for member in members] == [(19997, 19999), (20000, 20002), (20003, 20005)]
     assert [member.temporary_port for member in members] == [19999, 20002, 20005]
     assert [member.realm for member in members] == ["lab-0", "lab-1", "lab-2"]
     assert not any(member.count for member in members)
-    single = Settings.gather({"count": "3", "ports": ["5000"]}, {})
+    single = gather({"count": "3", "ports": ["5000"]}, {})
     assert [single.member(number).ports for number in range(3)] == [(5000,), (5001,), (5002,)]
     assert single.member(2).temporary_port == 19999
-    free = Settings.gather({"count": "2", "ports": ["0", "0"]}, {})
+    free = gather({"count": "2", "ports": ["0", "0"]}, {})
     assert free.member(1).ports == (0, 0)
     assert free.member(1).realm is None
 
@@ -270,4 +272,4 @@ def test_ports_of_the_next_follow_those_of_the_one_before() -> None:
 )
 def test_a_count_that_cannot_be_is_told_with_what_is_valid(flags: dict[str, Any], complaint: str) -> None:
     with pytest.raises(SettingError, match=complaint):
-        Settings.gather(flags, {})
+        gather(flags, {})

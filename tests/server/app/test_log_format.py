@@ -21,7 +21,8 @@ from forked import Forked
 from processes import PENDULUM, read_line, running
 
 from simx_server.processes import log_format
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
 
 pytestmark = pytest.mark.slow
 
@@ -130,10 +131,10 @@ def test_level_and_format_are_independent(configure: Configure) -> None:
 
 
 def test_setting_is_a_flag_and_a_variable() -> None:
-    assert Settings.gather({}, {}).log_format == "text"
-    assert Settings.gather({}, {"SIMX_LOG_FORMAT": "json"}).log_format == "json"
+    assert gather({}, {}).log_format == "text"
+    assert gather({}, {"SIMX_LOG_FORMAT": "json"}).log_format == "json"
     with pytest.raises(SettingError, match="valid: text, json"):
-        Settings.gather({"log_format": "xml"}, {})
+        gather({"log_format": "xml"}, {})
 
 
 @pytest.mark.parametrize("flags", [(), ("--count", "2")])

@@ -22,7 +22,9 @@ from simx_server.kinematics.planning.paths import Failure
 from simx_server.kinematics.planning.space import Car, Space
 from simx_server.kinematics.searching import Searching
 from simx_server.scene.formats.loader import load_text
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
+from simx_server.settings.settings import Settings
 
 needs_ompl = pytest.mark.skipif(not ompl_planner.is_available(), reason="the extra 'ompl' is not installed")
 
@@ -218,10 +220,10 @@ def test_without_the_library_the_message_has_the_line_that_installs_it(
 
 
 def test_seed_and_planner_come_from_flags_and_variables() -> None:
-    settings = Settings.gather({"seed": "7"}, {"SIMX_PLANNER": "ompl"})
+    settings = gather({"seed": "7"}, {"SIMX_PLANNER": "ompl"})
     assert (settings.seed, settings.planner) == (7, "ompl")
     assert (Settings().seed, Settings().planner) == (0, "own")
     with pytest.raises(SettingError, match="valid: own"):
-        Settings.gather({"planner": "omp"}, {})
+        gather({"planner": "omp"}, {})
     with pytest.raises(SettingError, match="a whole number from 0 to"):
-        Settings.gather({"seed": "-1"}, {})
+        gather({"seed": "-1"}, {})

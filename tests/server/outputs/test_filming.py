@@ -33,7 +33,8 @@ from simx_server.outputs.filming import shot as shot_module
 from simx_server.outputs.filming.film_file import FilmWriter
 from simx_server.outputs.filming.shot import first_image
 from simx_server.outputs.packages import NewFile, OutputError
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
@@ -57,7 +58,7 @@ def place(scene: Path) -> Iterator[RealWorld]:
 def snapshot(scene: Path, **flags: str) -> np.ndarray:
     """(height, width, 3) RGB of what the flag writes."""
     path = scene.with_name("picture.png")
-    assert serve(Settings.gather({"scene": str(scene), "snapshot": str(path), **flags}, {})) == DONE
+    assert serve(gather({"scene": str(scene), "snapshot": str(path), **flags}, {})) == DONE
     picture = cv2.imread(str(path))
     assert picture is not None
     return picture[..., ::-1]
@@ -130,7 +131,7 @@ def test_overview_may_be_orthographic(scene: Path) -> None:
 def test_overview_that_shows_nothing_is_told(scene: Path, caplog: pytest.LogCaptureFixture) -> None:
     scene.write_text(scene.read_text().replace("<visual>", '<visual><map znear="5" zfar="1"/>'))
     flags = {"scene": str(scene), "snapshot": str(scene.with_name("a.png"))}
-    assert serve(Settings.gather(flags, {})) == FAILURE
+    assert serve(gather(flags, {})) == FAILURE
     assert "the scene's overview cannot be pictured: clip planes near=5.0 far=1.0" in caplog.text
 
 
@@ -193,7 +194,7 @@ def test_wrong_camera_suggests_the_nearest_and_names_all(
     scene: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     flags = {"scene": str(scene), "snapshot": str(scene.with_name("a.png")), "camera": "eyes"}
-    assert serve(Settings.gather(flags, {})) == FAILURE
+    assert serve(gather(flags, {})) == FAILURE
     assert (
         "no object named 'eyes'; did you mean 'eye'?; the cameras of this scene are eye, deep" in caplog.text
     )
@@ -224,7 +225,7 @@ def test_what_is_no_camera_is_named_as_what_it_is(place: RealWorld) -> None:
 )
 def test_flags_that_cannot_be_used_say_what_is_valid(flags: dict[str, str], told: str) -> None:
     with pytest.raises(SettingError, match=told):
-        Settings.gather(flags, {})
+        gather(flags, {})
 
 
 def test_command_lines_of_the_page_are_understood(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -234,7 +235,7 @@ def test_command_lines_of_the_page_are_understood(tmp_path: Path, monkeypatch: p
     lines = re.findall(r"^    simx-server (.+?)(?:   .*)?$", page, re.MULTILINE)
     assert len(lines) > 5
     for line in lines:
-        Settings.gather(vars(make_parser().parse_args(shlex.split(line))), {})
+        gather(vars(make_parser().parse_args(shlex.split(line))), {})
 
 
 # --- films ---------------------------------------------------------------------------------------
@@ -418,7 +419,7 @@ def test_without_the_package_a_film_prints_the_line_that_installs_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, "av", None)
     flags = {"scene": str(scene), "video": str(scene.with_name("a.mp4"))}
-    assert serve(Settings.gather(flags, {})) == FAILURE
+    assert serve(gather(flags, {})) == FAILURE
     assert f"--video needs the package av, which is not installed; {extra_line('video')}" in caplog.text
     assert not scene.with_name("a.mp4").exists()
 

@@ -31,7 +31,8 @@ from simx_server.outputs.state_log.poses import Places
 from simx_server.scene.editing.renaming import rename
 from simx_server.scene.poses.frames import get_pose
 from simx_server.scene.poses.placing import object_pose
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
@@ -392,7 +393,7 @@ def test_without_the_packages_it_prints_the_line_that_installs_them(
     missing: str, scene: Path, path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
-    assert serve(Settings.gather({"scene": str(scene), "state_log": str(path)}, {})) == FAILURE
+    assert serve(gather({"scene": str(scene), "state_log": str(path)}, {})) == FAILURE
     assert (
         f"--state-log needs the package {missing}, which is not installed; {extra_line('log')}" in caplog.text
     )
@@ -402,9 +403,9 @@ def test_flags_that_cannot_be_used_say_what_is_valid() -> None:
     with pytest.raises(
         SettingError, match=r"flag --state-log: 'a.bag' cannot be used; valid: .* ends in \.mcap"
     ):
-        Settings.gather({"state_log": "a.bag"}, {})
+        gather({"state_log": "a.bag"}, {})
     with pytest.raises(SettingError, match="flag --state-log: does not go together with --count"):
-        Settings.gather({"state_log": "a.mcap", "count": "2"}, {})
+        gather({"state_log": "a.mcap", "count": "2"}, {})
 
 
 def test_what_is_logged_is_in_the_file_soon_also_when_it_is_little(place: RealWorld, path: Path) -> None:

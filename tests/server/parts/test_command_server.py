@@ -15,7 +15,7 @@ import simx_client as vrep
 from simx_server.app.server import open_world
 from simx_server.files.library import find_scene
 from simx_server.parts.communication.command_server import COMMAND_SERVER, add_command_server
-from simx_server.settings.settings import Settings
+from simx_server.settings.gathering import gather
 
 pytestmark = pytest.mark.slow
 
@@ -248,7 +248,7 @@ def test_the_model_is_loaded_once_and_by_its_name(world: CommandWorld) -> None:
 
 
 def test_the_flag_adds_it_to_every_scene() -> None:
-    settings = Settings.gather({"scene": "pioneer_p3dx", "command_server": True}, {})
+    settings = gather({"scene": "pioneer_p3dx", "command_server": True}, {})
     with ExitStack() as stack:
         simulation = open_world(settings, stack)
         assert simulation.simulation.scene.by_name(COMMAND_SERVER) is not None

@@ -17,7 +17,7 @@ from sim_api_calls import ScriptWorld
 import simx_client as v
 from simx_server.errors import CommandError
 from simx_server.service.clock import Pacer
-from simx_server.settings.settings import Settings
+from simx_server.settings.gathering import gather
 
 FALLING = '<mujoco><worldbody><body name="ball" pos="0 0 5"><freejoint/><geom size=".1"/></body></worldbody></mujoco>'
 
@@ -233,8 +233,8 @@ def test_arguments_come_from_the_flag_as_vrep_wrote_it() -> None:
     from simx_server.app.cli import make_parser
 
     given = vars(make_parser().parse_args(["-gfirst", "-g", "two words"]))
-    assert Settings.gather(given, {}).arguments == ("first", "two words")
-    assert Settings.gather({}, {"SIMX_ARGUMENT": "a b"}).arguments == ("a", "b")
+    assert gather(given, {}).arguments == ("first", "two words")
+    assert gather({}, {"SIMX_ARGUMENT": "a b"}).arguments == ("a", "b")
 
 
 def test_strings_tell_scene_and_folders(world: World, tmp_path: Path) -> None:

@@ -24,7 +24,8 @@ from simx_server.outputs.filming import film
 from simx_server.outputs.filming.shot import Shot, first_image
 from simx_server.recording.log_file import MAGIC, LogReader
 from simx_server.recording.records import Kind, Record
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
@@ -297,4 +298,4 @@ def test_flags_that_make_no_sense_beside_a_filmed_replay_are_refused(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "run.simxlog").touch()
     with pytest.raises(SettingError, match=told):
-        Settings.gather({"replay": "run.simxlog", "video": "a.mp4", **flags}, {})
+        gather({"replay": "run.simxlog", "video": "a.mp4", **flags}, {})

@@ -22,7 +22,9 @@ from simx_server.handlers import HANDLERS
 from simx_server.limits import LimitReached, Limits
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.watcher import Watcher
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
+from simx_server.settings.settings import Settings
 
 CUBE = '<mujoco><worldbody><body name="cube"><geom size=".1"/></body></worldbody></mujoco>'
 
@@ -250,9 +252,9 @@ def test_so_it_is_while_a_script_runs_and_others_are_answered_all_the_same(world
 
 def test_limits_are_chosen_by_flag_and_variable() -> None:
     assert Settings().limits == Limits()
-    chosen = Settings.gather({"limit": ["objects=500", "message=32M", "signal-bytes=1000"]}, {})
+    chosen = gather({"limit": ["objects=500", "message=32M", "signal-bytes=1000"]}, {})
     assert chosen.limits == Limits(objects=500, message=32 << 20, signal_bytes=1000)
-    assert Settings.gather({}, {"SIMX_LIMIT": "objects=5 consoles=1"}).limits == Limits(objects=5, consoles=1)
+    assert gather({}, {"SIMX_LIMIT": "objects=5 consoles=1"}).limits == Limits(objects=5, consoles=1)
 
 
 @pytest.mark.parametrize(
@@ -262,7 +264,7 @@ def test_limits_are_chosen_by_flag_and_variable() -> None:
 )  # fmt: skip
 def test_a_limit_that_is_none_is_refused_with_all_there_are(text: str) -> None:
     with pytest.raises(SettingError, match=r"valid: NAME=N, such as objects=500 .*: message \(128M\), calls"):
-        Settings.gather({"limit": [text]}, {})
+        gather({"limit": [text]}, {})
 
 
 def test_every_default_is_a_limit_that_may_be_chosen() -> None:

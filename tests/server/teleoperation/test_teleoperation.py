@@ -17,7 +17,9 @@ import simx_client as v
 from simx_client.protocol.add_ons.teleoperation import ADD_ON, ADD_ON_TYPE, HELD, SPEED, Arms
 from simx_client.protocol.cli.exit_codes import DONE
 from simx_server.app.server import open_world
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
+from simx_server.settings.settings import Settings
 
 BENT = tuple(math.radians(angle) for angle in (110.0, 15.0, 65.0, 10.0, -90.0, 20.0))
 """The gripper points down."""
@@ -247,15 +249,15 @@ def test_a_replay_drives_the_arm_bit_for_bit(tmp_path: Path) -> None:
 
 
 def test_the_flag_opens_the_web_viewer(tmp_path: Path) -> None:
-    settings = Settings.gather({"teleop": "first"}, {})
+    settings = gather({"teleop": "first"}, {})
     assert (settings.view, settings.operated_arm) == ("127.0.0.1:8080", "")
-    settings = Settings.gather({"teleop": "UR5", "view": "9000"}, {})
+    settings = gather({"teleop": "UR5", "view": "9000"}, {})
     assert (settings.view, settings.operated_arm) == ("127.0.0.1:9000", "UR5")
-    assert Settings.gather({}, {}).operated_arm is None
+    assert gather({}, {}).operated_arm is None
     with pytest.raises(
         SettingError, match="flag --teleop: with --count all servers would want the same page"
     ):
-        Settings.gather({"teleop": "first", "count": "2"}, {})
+        gather({"teleop": "first", "count": "2"}, {})
 
 
 def test_nothing_is_done_in_a_step_while_no_arm_is_driven() -> None:

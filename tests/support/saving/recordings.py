@@ -30,6 +30,7 @@ from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.clock import Pacer
 from simx_server.service.loop import ServerLoop
 from simx_server.service.service import build_service
+from simx_server.settings.gathering import gather
 from simx_server.settings.settings import Settings
 
 ONESHOT, STREAMING = v.simx_opmode_oneshot, v.simx_opmode_streaming
@@ -52,7 +53,7 @@ class RecordedWorld(RealWorld):
 
     def add_outputs(self, **files: Path | str) -> None:
         """A film or a state log of it, by their flags."""
-        settings = Settings.gather({name: str(value) for name, value in files.items()}, {})
+        settings = gather({name: str(value) for name, value in files.items()}, {})
         attach_outputs(self.parts, settings, self._stack, self._recorder.began)
 
     def close(self) -> None:
@@ -73,7 +74,7 @@ def recorded(scene: Path | str, recording: Path, **settings: Any) -> Iterator[Re
 
 def replay(recording: Path, **flags: bool | str | Path) -> int:
     texts = {name: value if isinstance(value, bool) else str(value) for name, value in flags.items()}
-    return serve(Settings.gather({"replay": str(recording), **texts}, {}))
+    return serve(gather({"replay": str(recording), **texts}, {}))
 
 
 def blocks(records: list[Record]) -> list[bytes]:

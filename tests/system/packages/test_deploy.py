@@ -14,7 +14,7 @@ from processes import ROOT
 
 from simx_client.cli.status import command as status
 from simx_server.app import cli
-from simx_server.settings.settings import Settings
+from simx_server.settings.gathering import gather
 
 DEPLOY = ROOT / "deploy"
 MANIFESTS = sorted(path for path in (DEPLOY / "kubernetes").glob("*.yaml") if path.stem != "kustomization")
@@ -58,7 +58,7 @@ def test_the_servers_of_the_manifest_start_with_settings_that_there_are() -> Non
     (container,) = pod["containers"]
     variables = {each["name"]: each.get("value", "simx-0") for each in container["env"]}
     flags = vars(cli.make_parser().parse_args(container["args"]))
-    settings = Settings.gather({name: value for name, value in flags.items() if value}, variables)
+    settings = gather({name: value for name, value in flags.items() if value}, variables)
     assert (settings.realm, settings.connect) == ("simx-0", ("tcp/simx-router:7447",))
     assert settings.scene == "ur5_rg2_kinect"
     for probe in ("startupProbe", "livenessProbe"):

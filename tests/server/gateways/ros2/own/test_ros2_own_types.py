@@ -20,7 +20,8 @@ from simx_server.ros2_messages import (
     own,
     read_packages,
 )
-from simx_server.settings.settings import SettingError, Settings
+from simx_server.settings.gathering import gather
+from simx_server.settings.rules import SettingError
 
 rosbags = pytest.importorskip("rosbags.typesys", reason="needs rosbags, of the extra dev")
 
@@ -193,10 +194,10 @@ def test_the_same_package_may_be_given_twice_and_copies_of_builds_are_passed_ove
 
 
 def test_the_flag_takes_folders_and_has_no_meaning_beside_a_recording(tmp_path: Path) -> None:
-    settings = Settings.gather({"ros2_messages": [str(tmp_path)]}, {})
+    settings = gather({"ros2_messages": [str(tmp_path)]}, {})
     assert settings.ros2_messages == (tmp_path,)
     (tmp_path / "run.simxlog").touch()
     with pytest.raises(SettingError, match="has no meaning beside --replay"):
-        Settings.gather({"ros2_messages": [str(tmp_path)], "replay": str(tmp_path / "run.simxlog")}, {})
+        gather({"ros2_messages": [str(tmp_path)], "replay": str(tmp_path / "run.simxlog")}, {})
     with pytest.raises(SettingError, match="an existing folder"):
-        Settings.gather({"ros2_messages": [str(tmp_path / "none")]}, {})
+        gather({"ros2_messages": [str(tmp_path / "none")]}, {})
