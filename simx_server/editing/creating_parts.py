@@ -11,7 +11,7 @@ import mujoco
 from simx_server.errors import CommandError
 from simx_server.joints.state import MODE_WORDS, JointMode
 from simx_server.scene.formats.annotations import DETECTABLE_KINDS, Annotation
-from simx_server.scene.tree import INTERNAL
+from simx_server.scene.naming.names import INTERNAL
 
 from .creating import add
 

@@ -17,10 +17,10 @@ from simx_server.scene.editing.copies.joining import join
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.model_files import strip
-from simx_server.scene.names import copy_names
+from simx_server.scene.naming.names import GRAFT_END, copy_names
 from simx_server.scene.poses.start import Start
 from simx_server.scene.registered import renamed, renamed_registered
-from simx_server.scene.tree import GRAFT_END, Addition
+from simx_server.scene.tree import Addition
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation

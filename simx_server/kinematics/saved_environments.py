@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import msgpack
 
 from simx_server.errors import CommandError
-from simx_server.scene.names import path_of
+from simx_server.scene.naming.paths import path_of
 from simx_server.scene.poses.poses import Pose, normalised
 
 from .chain import Constraint, Element

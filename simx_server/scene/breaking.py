@@ -14,10 +14,10 @@ from .editing.least_mass import make_light
 from .editing.recompile import edit
 from .editing.transplant import find_body, move_body, move_joint, move_leaf
 from .editing.welding import body_name, is_link, release, rigid_bodies, set_free, velocity
+from .naming.names import INTERNAL
 from .objects import SceneObject
 from .poses.placing import body_pose, free_joint, is_linking_sensor
 from .poses.poses import Pose
-from .tree import INTERNAL
 
 if TYPE_CHECKING:
     from .live import LiveScene

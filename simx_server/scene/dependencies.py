@@ -9,8 +9,8 @@ from __future__ import annotations
 import mujoco
 
 from .formats.annotations import Annotation, Annotations, SceneError
+from .naming.names import INTERNAL
 from .spec_elements import leaves_of
-from .tree import INTERNAL
 
 EQUALITY = INTERNAL + "dependency:"
 """Prefix of the names of added equalities; the rest is the dependent joint's name."""

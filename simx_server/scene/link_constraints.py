@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 
-from .tree import INTERNAL
+from .naming.names import INTERNAL
 
 if TYPE_CHECKING:
     from .objects import SceneObject

@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 
 from .live import LiveScene
-from .names import path_parts
+from .naming.paths import path_parts
 from .objects import ObjectKind, Scene, SceneObject
 
 _JOINTS = {

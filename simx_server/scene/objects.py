@@ -23,7 +23,7 @@ from .assets.asset_files import AssetFiles
 from .editing.in_place.slots import Slots
 from .editing.twins import Names
 from .formats.annotations import Annotation, Annotations
-from .names import resolve
+from .naming.paths import resolve
 from .poses.start import Start
 
 if TYPE_CHECKING:

@@ -16,9 +16,7 @@ import mujoco
 import numpy as np
 
 from .formats.annotations import WORLD, Annotation, Annotations, SceneError, check_objects
-from .names import GRAFT_END as GRAFT_END
-from .names import INTERNAL as INTERNAL
-from .names import alias_of
+from .naming.names import GRAFT_END, INTERNAL, alias_of
 from .objects import ANNOTATED_KINDS, ObjectKind, Scene, SceneObject
 from .poses.start import Start
 

@@ -17,7 +17,7 @@ from simx_server.joints.joints import JOINT_TYPES
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.opened import Opened
 from simx_server.recording.replaying import replay
-from simx_server.scene.names import resolve
+from simx_server.scene.naming.paths import resolve
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.frames import get_pose
 from simx_server.settings.settings import Settings

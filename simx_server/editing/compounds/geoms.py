@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from simx_server.scene.editing.copies.element_copies import Copier
+from simx_server.scene.naming.names import INTERNAL
 from simx_server.scene.poses.poses import Pose, compose, inverse
-from simx_server.scene.tree import INTERNAL
 
 _OLD = INTERNAL + "old:"
 

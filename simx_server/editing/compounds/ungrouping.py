@@ -17,7 +17,7 @@ from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.transplant import delete_all
 from simx_server.scene.formats.vrep.conversion.geometry.topology import connected
 from simx_server.scene.geometry.inertia import compute_inertia, get_inertia, set_inertia
-from simx_server.scene.names import alias_of
+from simx_server.scene.naming.names import alias_of
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.poses.placing import body_pose, free_joint, object_pose
 from simx_server.scene.poses.poses import IDENTITY, matrix

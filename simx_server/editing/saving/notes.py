@@ -10,7 +10,7 @@ import mujoco
 from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import WORLD
 from simx_server.scene.formats.annotations.ros2_keys import JOINT_LISTS
-from simx_server.scene.names import alias_of
+from simx_server.scene.naming.names import alias_of
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene
 from simx_server.scene.registered import concerned
 from simx_server.scene.saved import Saved

@@ -17,8 +17,8 @@ from simx_server.scene.formats.archives.archive import pack
 from simx_server.scene.formats.archives.packing import files_of
 from simx_server.scene.formats.loader import compile_spec
 from simx_server.scene.formats.specs import one_line
+from simx_server.scene.naming.names import GRAFT_END, INTERNAL
 from simx_server.scene.poses.start import StartKey
-from simx_server.scene.tree import GRAFT_END, INTERNAL
 
 from .notes import note_parents, noted
 from .specs import PreparedSpec, bring_up_to_date, spec_of_objects, spec_of_scene

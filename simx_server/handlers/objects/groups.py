@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from simx_server.errors import CommandError
 from simx_server.handlers.joints import get_joint_force, get_joint_position
 from simx_server.handlers.sensors import read_force_sensor, read_proximity_sensor
-from simx_server.scene.names import paths_of
+from simx_server.scene.naming.paths import paths_of
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.many_poses import Columns, flat, get_poses, orientations, positions, quaternions

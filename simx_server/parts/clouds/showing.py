@@ -16,8 +16,8 @@ from simx_server.scene.assets.filing import give_points
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.unused_assets import delete_unused
 from simx_server.scene.geometry.point_forms import point_form
+from simx_server.scene.naming.names import INTERNAL
 from simx_server.scene.spec_elements import leaves_of
-from simx_server.scene.tree import INTERNAL
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

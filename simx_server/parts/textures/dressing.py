@@ -20,8 +20,8 @@ from simx_server.scene.cameras.visibility import VISIBLE_GROUPS
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.unused_assets import delete_unused
 from simx_server.scene.geometry.stand_ins import STAND_IN_GROUP
+from simx_server.scene.naming.names import GRAFT_END, INTERNAL
 from simx_server.scene.spec_elements import leaves_of
-from simx_server.scene.tree import GRAFT_END, INTERNAL
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
 from simx_server.scene.editing.recompile import edit
-from simx_server.scene.tree import GRAFT_END, INTERNAL
+from simx_server.scene.naming.names import GRAFT_END, INTERNAL
 from simx_server.simulation.part import Part
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.scene.tree import INTERNAL
+from simx_server.scene.naming.names import INTERNAL
 
 ALL_MASKS = 0xFFFF
 """Mask that meets every other mask except 0."""

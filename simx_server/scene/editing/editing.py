@@ -27,6 +27,7 @@ from simx_server.errors import CommandError, Unsupported
 from simx_server.scene import properties
 from simx_server.scene.abilities import NO_ABILITY
 from simx_server.scene.formats.annotations import Annotation
+from simx_server.scene.naming.names import INTERNAL
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.poses.placing import (
     body_pose,
@@ -38,7 +39,6 @@ from simx_server.scene.poses.placing import (
     place,
 )
 from simx_server.scene.poses.poses import IDENTITY, Pose, compose, inverse, rotate
-from simx_server.scene.tree import INTERNAL
 
 from .in_place import sites
 from .marks import mark_size, set_mark_size

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import Value
-from simx_server.scene.names import alias_of
+from simx_server.scene.naming.names import alias_of
 from simx_server.scene.registered import renamed
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from simx_server.scene.naming.names import INTERNAL
 from simx_server.scene.poses.poses import Pose
-from simx_server.scene.tree import INTERNAL
 
 from .copies.element_copies import LEAVES, Copier
 from .least_mass import keep_movable

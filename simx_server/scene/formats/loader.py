@@ -27,10 +27,11 @@ from simx_server.scene.assets.asset_files import AssetFiles, make_room
 from simx_server.scene.assets.filing import file_assets
 from simx_server.scene.dependencies import add_dependencies
 from simx_server.scene.editing.in_place.slots import Slots
+from simx_server.scene.naming.names import INTERNAL
 from simx_server.scene.objects import Scene
 from simx_server.scene.poses.start import StartKey
 from simx_server.scene.spec_elements import bodies_of
-from simx_server.scene.tree import INTERNAL, build_scene
+from simx_server.scene.tree import build_scene
 from simx_server.simulation import physics_warnings
 
 from .annotations import SceneError, read_annotations

@@ -22,7 +22,7 @@ import mujoco
 from simx_server.errors import CommandError
 from simx_server.scene.editing.copies.element_copies import LEAVES, Copier
 from simx_server.scene.editing.transplant import delete_all
-from simx_server.scene.names import copy_names
+from simx_server.scene.naming.names import copy_names
 from simx_server.scene.registered import concerned, renamed, renamed_registered
 
 from .annotations import PREFIX, Annotation, Annotations, SceneError

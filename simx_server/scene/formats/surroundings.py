@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 
 from simx_server.scene.editing.copies.element_copies import LEAVES, Copier, agree
-from simx_server.scene.names import copy_names
+from simx_server.scene.naming.names import copy_names
 from simx_server.scene.spec_elements import bodies_of
 
 from .annotations import PREFIX

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from simx_server.errors import CommandError
-from simx_server.scene import names
 from simx_server.scene.editing import renaming
+from simx_server.scene.naming import paths
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 
@@ -43,19 +43,19 @@ class ObjectNameFunctions(ApiPart, effect="changes"):
             case -1:
                 return alias
             case 0:
-                return names.path_of(scene, handle).rsplit("/", 1)[1]
+                return paths.path_of(scene, handle).rsplit("/", 1)[1]
             case 1:
                 return self._short_path(handle)
             case 2:
-                return names.path_of(scene, handle)
+                return paths.path_of(scene, handle)
             case 3 | 4:
                 alone = sum(item.alias == alias for item in scene.objects.values()) == 1
                 return alias if alone and options == 3 else f"{alias}__{handle}__"
             case 5:
-                parts = names.path_of(scene, handle).split("/")[1:]
+                parts = paths.path_of(scene, handle).split("/")[1:]
                 return "/" + ("/".join(parts) if len(parts) < 3 else f"{parts[0]}/ ... /{parts[-1]}")
             case 6 | 7 | 8 | 9:
-                return names.indexed_path(scene, handle, _MODELS_ABOVE[options])
+                return paths.indexed_path(scene, handle, _MODELS_ABOVE[options])
             case _:
                 raise CommandError(f"the form of an alias is -1 to 9, not {options}")
 
@@ -85,7 +85,7 @@ class ObjectNameFunctions(ApiPart, effect="changes"):
         return name if self._name_suffix == -1 else f"{plain}#{self._name_suffix}{at}{rest}"
 
     def _short_path(self, handle: int) -> str:
-        parts = names.path_of(self._sim.scene, handle).split("/")[1:]
+        parts = paths.path_of(self._sim.scene, handle).split("/")[1:]
         for count in range(1, len(parts)):
             path = "/" + "/".join(parts[-count:])
             if self._sim.scene.resolve(path) == handle:

@@ -13,7 +13,7 @@ from scenes_for_tests import ARM, run, world_of
 
 from simx_server.editing import models
 from simx_server.errors import CommandError
-from simx_server.scene.names import copy_names
+from simx_server.scene.naming.names import copy_names
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames
 from simx_server.simulation.simulation import Simulation

@@ -10,7 +10,7 @@ import pytest
 from handler_calls import World
 
 from simx_server.errors import CommandError
-from simx_server.scene import names
+from simx_server.scene.naming import paths
 from simx_server.scene.objects import Scene
 
 SHAPE, JOINT, DUMMY, PROXIMITY, VISION, FORCE, LIGHT, OBJECTS = 0, 1, 4, 5, 9, 12, 13, 109
@@ -133,13 +133,13 @@ def test_paths_of_many_siblings_count_them_once(monkeypatch: pytest.MonkeyPatch)
     bodies = "".join(f'<body name="part#{place}"><geom size="0.1"/></body>' for place in range(50))
     world = World(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
     counted: list[int] = []
-    count = names.path_parts
+    count = paths.path_parts
 
     def counting(scene: Scene, parent: int) -> dict[int, str]:
         counted.append(parent)
         return count(scene, parent)
 
-    monkeypatch.setattr(names, "path_parts", counting)
+    monkeypatch.setattr(paths, "path_parts", counting)
     assert group(world, SHAPE, 21)[3] == [f"/part[{place}]" for place in range(50)]
     assert counted == [-1]
 

@@ -11,7 +11,7 @@ from scenes_for_tests import arm, world_of
 from simx_server.errors import CommandError, UnknownHandle, UnknownName, WrongKind
 from simx_server.files.library import find_scene, list_scenes
 from simx_server.scene.formats.loader import SceneError, load_scene, load_text
-from simx_server.scene.names import path_of
+from simx_server.scene.naming.paths import path_of
 from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind, Scene
 

@@ -8,9 +8,9 @@ import pytest
 from handler_calls import World
 
 from simx_server.errors import UnknownName
-from simx_server.scene import names
-from simx_server.scene.finding.alike import names_like
 from simx_server.scene.formats.loader import load_text
+from simx_server.scene.naming import paths
+from simx_server.scene.naming.alike import names_like
 
 ARM = [f"Panda_{part}{number}" for part in ("joint", "link", "gripper_joint") for number in range(1, 8)]
 KNOWN = [*ARM, "Panda", "Panda_tip", "table", "start", "state", "shoulder", "Ölkanne", "diningTable_visible"]
@@ -63,7 +63,7 @@ def test_names_are_compared_only_when_the_message_is_read(monkeypatch: pytest.Mo
     def compare(*_arguments: object) -> NoReturn:
         raise AssertionError("names were compared again")
 
-    monkeypatch.setattr(names, "names_like", compare)
+    monkeypatch.setattr(paths, "names_like", compare)
     assert str(caught.value) == message
     with pytest.raises(UnknownName):
         scene.resolve("tabel")

@@ -15,7 +15,7 @@ from simx_server.scene.formats.vrep.decoding.common import (
     OBJECT_TYPE,
 )
 from simx_server.scene.formats.vrep.writing.record_lists import END, RecordList, parse_list, text_bytes
-from simx_server.scene.names import alias_of
+from simx_server.scene.naming.names import alias_of
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind
 from simx_server.scene.poses.placing import moving_pose, object_pose
 from simx_server.scene.poses.poses import Pose, compose, inverse

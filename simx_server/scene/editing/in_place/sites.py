@@ -12,7 +12,7 @@ import numpy as np
 from simx_server.scene.editing.recompile import edit, refuse_in_physics
 from simx_server.scene.editing.transplant import delete_all, move_leaf
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.names import alias_of
+from simx_server.scene.naming.names import alias_of
 from simx_server.scene.objects import ObjectKind, Scene, SceneObject
 from simx_server.scene.poses.poses import Pose
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from simx_server.scene.names import GRAFT_END, INTERNAL
+from simx_server.scene.naming.names import GRAFT_END, INTERNAL
 
 _FEWEST, _MOST = 4, 64
 """Slots of a kind, once one was needed."""

@@ -10,7 +10,7 @@ import mujoco
 from simx_server.scene.dependencies import EQUALITY
 from simx_server.scene.editing.copies.element_copies import LEAVES, Copier
 from simx_server.scene.editing.transplant import OBJECT_TYPES, TRANSMISSIONS, equality_kind
-from simx_server.scene.tree import INTERNAL
+from simx_server.scene.naming.names import INTERNAL
 
 Names = Mapping[tuple[str, str], str]
 """New names by kind of element and old name."""

@@ -18,9 +18,9 @@ from simx_server.errors import CommandError
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.geometry.inertia import get_inertia, set_inertia
 from simx_server.scene.geometry.triangles import corners_of
+from simx_server.scene.naming.names import INTERNAL
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.scene.spec_elements import leaves_of
-from simx_server.scene.tree import INTERNAL
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

@@ -14,7 +14,7 @@ from simx_server.scene.editing.recompile import refuse_in_physics
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.loader import SceneError, compile_spec
 from simx_server.scene.formats.model_files import strip
-from simx_server.scene.names import GRAFT_END, alias_of
+from simx_server.scene.naming.names import GRAFT_END, alias_of
 from simx_server.scene.objects import ObjectKind, SceneObject
 
 from .waiting import Waiting

@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 
 from simx_server.scene.formats.vrep.objects import Joint, JointType
-from simx_server.scene.tree import INTERNAL
+from simx_server.scene.naming.names import INTERNAL
 
 from .context import Conversion
 from .numbers import finite, positive, unusual

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
+from simx_server.scene.naming.names import INTERNAL
 from simx_server.scene.poses.poses import IDENTITY, Pose, compose
-from simx_server.scene.tree import INTERNAL
 
 _TOUCHING = 1e-4
 """Distance in metres up to which two parts touch."""

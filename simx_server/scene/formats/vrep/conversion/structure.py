@@ -33,9 +33,9 @@ from simx_server.scene.formats.vrep.objects import (
     VrepFile,
     VrepObject,
 )
+from simx_server.scene.naming.names import INTERNAL
 from simx_server.scene.objects import ANNOTATED_KINDS
 from simx_server.scene.poses.poses import IDENTITY, NO_TURN, Pose, about, compose, inverse
-from simx_server.scene.tree import INTERNAL
 
 from .context import Conversion
 from .geometry.abilities import annotate_abilities_of_dummy

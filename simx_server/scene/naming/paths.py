@@ -5,24 +5,15 @@ from __future__ import annotations
 import fnmatch
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from typing import Protocol
 
 from simx_server.errors import UnknownName
 
-from .finding.alike import names_like
-
-if TYPE_CHECKING:
-    from .objects import Scene
-
-INTERNAL = "~"
-"""Start of the names of elements that the loader or an edit has given one."""
-
-GRAFT_END = "/"
-"""End of the prefix of elements that were added to a scene; the names of their objects do not have it."""
+from .alike import names_like
+from .names import alias_of
 
 _INDEX = re.compile(r"^(?P<alias>.*)(?:\[(?P<index>\d+)\]|\{(?P<among_all>\d+)\})$")
-_COPY = re.compile(r"#\d*$")
 
 _LONGEST = 10_000
 """Characters of a name or path: no object has a longer one."""
@@ -31,33 +22,28 @@ _LINK_SHAPES = ("_respondable", "_visual")
 """Suffixes that V-REP's importer of URDF appends to the names of links."""
 
 
-def alias_of(name: str) -> str:
-    """Return the alias V-REP 4.3 gives an old name: without the copy number."""
-    return _COPY.sub("", name)
+class Named(Protocol):
+    """An object of a scene, as its name and its place in the tree are concerned; see `objects.SceneObject`."""
+
+    name: str
+    alias: str
+    parent: int
+    element: str
 
 
-def copy_names(names: Collection[str], taken: Collection[str], rise: int = 0) -> dict[str, str]:
-    """Return names for objects that are added together, by their present names: V-REP's rule for copies.
+class Tree(Protocol):
+    """A tree of named objects; `objects.Scene` documents the members."""
 
-    The copy numbers of all of them rise by the same amount (no number, `#0`, `#1`, ...): the least one from `rise` on
-    that avoids all taken names.
-    """
-    while True:
-        found = {name: _with_number(name, rise) for name in names}
-        if not any(name in taken for name in found.values()):
-            return found
-        rise += 1
-
-
-def _with_number(name: str, rise: int) -> str:
-    if not rise:
-        return name
-    alias = alias_of(name)
-    digits = name[len(alias) + 1 :]
-    return f"{alias}#{(int(digits) if digits else -1) + rise}"
+    @property
+    def objects(self) -> Mapping[int, Named]: ...
+    def by_name(self, name: str) -> int | None: ...
+    def by_names(self) -> Mapping[str, int]: ...
+    def children(self, handle: int) -> list[int]: ...
+    def descendants(self, handle: int) -> list[int]: ...
+    def is_model_base(self, handle: int) -> bool: ...
 
 
-def resolve(scene: Scene, text: str, origin: int = -1) -> int:
+def resolve(scene: Tree, text: str, origin: int = -1) -> int:
     """Return the handle meant by `text`.
 
     Old name: exactly `name`; one trailing `#` is dropped; `name@alt` and `name@silentError` mean `name`.
@@ -85,7 +71,7 @@ def resolve(scene: Scene, text: str, origin: int = -1) -> int:
     return found
 
 
-def _link_of(scene: Scene, name: str) -> int | None:
+def _link_of(scene: Tree, name: str) -> int | None:
     """Return the link that V-REP's importer of URDF splits into two shapes, one visible and one that collides."""
     alias = alias_of(name)
     for suffix in _LINK_SHAPES:
@@ -96,7 +82,7 @@ def _link_of(scene: Scene, name: str) -> int | None:
     return None
 
 
-def _advice(scene: Scene, text: str, *, is_path: bool) -> Callable[[], list[str]]:
+def _advice(scene: Tree, text: str, *, is_path: bool) -> Callable[[], list[str]]:
     """Return a function that returns names, or paths, of the present scene that resemble a wrong one, best first."""
     names = scene.by_names()  # a later scene has other ones
     wanted = text.strip("/.:").rsplit("/", 1)[-1]
@@ -106,12 +92,12 @@ def _advice(scene: Scene, text: str, *, is_path: bool) -> Callable[[], list[str]
     return lambda: paths
 
 
-def path_of(scene: Scene, handle: int) -> str:
+def path_of(scene: Tree, handle: int) -> str:
     """Return the full path of an object; an index is added where siblings share the alias."""
     return paths_of(scene, [handle])[0]
 
 
-def paths_of(scene: Scene, handles: Iterable[int]) -> list[str]:
+def paths_of(scene: Tree, handles: Iterable[int]) -> list[str]:
     """Return the full paths of objects, as `path_of`; the children of an object are counted once for all of them."""
     parts: dict[int, dict[int, str]] = {}
     paths = {-1: ""}
@@ -131,7 +117,7 @@ def paths_of(scene: Scene, handles: Iterable[int]) -> list[str]:
     return found
 
 
-def indexed_path(scene: Scene, handle: int, models: int | None) -> str:
+def indexed_path(scene: Tree, handle: int, models: int | None) -> str:
     """Return a path with an index in each part, ``/model{0}/alias{3}``: among all objects of this alias below the
     part before it.
 
@@ -154,7 +140,7 @@ def indexed_path(scene: Scene, handle: int, models: int | None) -> str:
     return "/" + "/".join(parts)
 
 
-def path_parts(scene: Scene, parent: int) -> dict[int, str]:
+def path_parts(scene: Tree, parent: int) -> dict[int, str]:
     """Return the part of the path of each child of an object, by handle, in hierarchy order; -1 for the top level."""
     aliases = {child: scene.objects[child].alias for child in scene.children(parent)}
     twins = Counter(aliases.values())
@@ -166,7 +152,7 @@ def path_parts(scene: Scene, parent: int) -> dict[int, str]:
     return parts
 
 
-def _resolve_path(scene: Scene, text: str, origin: int) -> int | None:
+def _resolve_path(scene: Tree, text: str, origin: int) -> int | None:
     places = [-1 if text.startswith("/") else origin]
     found_any = False
     for part in text.split("/"):
@@ -195,18 +181,18 @@ def _resolve_path(scene: Scene, text: str, origin: int) -> int | None:
     return places[0]
 
 
-def _parent(scene: Scene, handle: int) -> int:
+def _parent(scene: Tree, handle: int) -> int:
     return -1 if handle == -1 else scene.objects[handle].parent
 
 
-def _model(scene: Scene, handle: int) -> int:
+def _model(scene: Tree, handle: int) -> int:
     """Return the nearest model base from an object upwards, itself included; -1 for none."""
     while handle != -1 and not scene.is_model_base(handle):
         handle = _parent(scene, handle)
     return handle
 
 
-def _model_above(scene: Scene, handle: int) -> int:
+def _model_above(scene: Tree, handle: int) -> int:
     return _model(scene, _parent(scene, _model(scene, handle)))
 
 
@@ -214,7 +200,7 @@ _UPWARDS = {"..": _parent, ":": _model, "::": _model_above}
 """Parts of a path that lead from an object to one above it, or for ``:`` to itself."""
 
 
-def _below(scene: Scene, base: int) -> Iterator[int]:
+def _below(scene: Tree, base: int) -> Iterator[int]:
     """Yield the objects below one in CoppeliaSim's order: all children first, then in the same way below each child."""
     waiting = [base]
     while waiting:
@@ -223,7 +209,7 @@ def _below(scene: Scene, base: int) -> Iterator[int]:
         waiting.extend(reversed(children))
 
 
-def _among_siblings(scene: Scene, places: Collection[int], alias: str, index: int) -> int:
+def _among_siblings(scene: Tree, places: Collection[int], alias: str, index: int) -> int:
     """Return the object that ``alias[index]`` means in CoppeliaSim: counted among the children of one object.
 
     The search goes on below, where the count starts again. -1: no object has that many children of this alias.
@@ -236,6 +222,6 @@ def _among_siblings(scene: Scene, places: Collection[int], alias: str, index: in
     return -1
 
 
-def _fits(scene: Scene, handle: int, pattern: str) -> bool:
+def _fits(scene: Tree, handle: int, pattern: str) -> bool:
     item = scene.objects[handle]
     return item.name == pattern.removesuffix("#") or fnmatch.fnmatchcase(item.alias, pattern)

@@ -1,0 +1,1 @@
+"""Names of objects: the rules of names, paths of objects, and names like a wrong one."""
