@@ -233,7 +233,7 @@ def missed_stages() -> Iterator[list[str]]:
     step = composition.World.step
 
     def compare_and_step(self: composition.World) -> None:
-        if not self.simulation.are_stages_stale and self.stages != (found := self.find_stages()):
+        if not self.simulation.parts.are_stages_stale and self.stages != (found := self.find_stages()):
             names = [name for name, _ in self.STEP]
             known, present = ([names[number] for number, _ in stages] for stages in (self.stages, found))
             missed.append(f"listed: {known}, to do: {present}")

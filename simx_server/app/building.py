@@ -59,7 +59,9 @@ from simx_server.sensors.proximity.proximity import ProximitySensors
 from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.sensors.vision.vision_sensors import VisionSensors
 from simx_server.simulation.applied_forces import AppliedForces
+from simx_server.simulation.physics import Physics
 from simx_server.simulation.simulation import Simulation
+from simx_server.simulation.surfaces import Surfaces
 from simx_server.simulation.velocities import Velocities
 from simx_server.teleoperation.arm_drive import ArmDrive
 from simx_server.world.world import World
@@ -102,6 +104,7 @@ def build_world(
     """
     files = SceneFiles(workspace or Path.cwd(), sources, own_scene)
     sim = Simulation(limits, files)
+    surfaces = Surfaces(sim)
     signals = Signals(sim)
     status_bar = StatusBar()
     collections = Collections(sim)
@@ -117,7 +120,7 @@ def build_world(
 
     vision = VisionSensors(sim, rendering, collections, show_changes)
     trials = Trials(sim, tries_all=tries_all)
-    object_settings = ObjectSettings(sim)
+    object_settings = ObjectSettings(sim, surfaces)
     paths = Paths(sim)
     outside = Outside()
     user_interface = UserInterface(sim, status_bar, trials)
@@ -154,6 +157,8 @@ def build_world(
 
     world = World(
         simulation=sim,
+        physics=Physics(sim),
+        surfaces=surfaces,
         velocities=Velocities(sim),
         applied_forces=AppliedForces(sim),
         signals=signals,
@@ -219,8 +224,9 @@ def build_world(
     world.scripts.add_ons["PyRep"] = Deferred(pyrep)
     world.scripts.add_ons[TELEOPERATION] = Deferred(teleoperation)
     # Scripts are notified after the parts that they call.
-    sim.attach(
-        sim.surfaces,
+    sim.parts.attach(
+        world.physics,  # it may refuse a start
+        world.surfaces,
         world.velocities,
         world.selection,
         world.simulator_messages,

@@ -223,7 +223,7 @@ def _run(request: dict[str, Any], collector: _Collector) -> str:
         own_scene=file,
     )
     simulation = world.simulation
-    simulation.attach(collector)
+    simulation.parts.attach(collector)
     simulation.load(file)
     simulation.start()
     while simulation.state is not SimulationState.STOPPED:

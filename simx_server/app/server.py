@@ -95,7 +95,7 @@ def open_world(
     stack.callback(world.trials.close)
     stack.callback(world.scripts.close)
     if settings.command_server:
-        world.simulation.attach(CommandServer(world))
+        world.simulation.parts.attach(CommandServer(world))
     if settings.ros2_messages:
         from simx_server.ros2_messages import read_packages
 

@@ -101,7 +101,7 @@ class Collector(Part):
         self.episodes = self.left_out = 0
         """Number of episodes that were taken, and of others."""
 
-        world.simulation.attach(self)
+        world.simulation.parts.attach(self)
 
     def run_started(self) -> None:
         self._is_due = True

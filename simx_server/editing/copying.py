@@ -50,7 +50,7 @@ def copy_objects(world: World, handles: list[int], kept: Kept | None = None) -> 
     sim = world.simulation
     kept = kept or Kept()
     about_to_be_copied = _chosen(sim.scene, handles, kept)[1]
-    sim.tell(lambda part: part.copying_objects(about_to_be_copied))
+    sim.parts.tell(lambda part: part.copying_objects(about_to_be_copied))
     scene = sim.scene
     shown, chosen = _chosen(scene, handles, kept)
     if not chosen:
@@ -74,7 +74,7 @@ def copy_objects(world: World, handles: list[int], kept: Kept | None = None) -> 
         _color_plainly(sim, copies)
     properties.apply(sim)
     sim.joints.copy_settings(copies)
-    sim.tell(lambda part: part.objects_copied(copies, kept))
+    sim.parts.tell(lambda part: part.objects_copied(copies, kept))
     sim.changed()
     return [copies[handle] for handle in shown if handle in copies]
 
@@ -264,7 +264,7 @@ def _concerning(sim: Simulation, objects: Collection[str]) -> dict[str, dict[str
     present = sim.scene.annotations.registered
     alive = {
         kind: {name: present[kind][name] for name in names if name in present.get(kind, {})}
-        for kind, names in sim.registered_names().items()
+        for kind, names in sim.parts.registered_names().items()
     }
     return concerned(alive, objects)
 

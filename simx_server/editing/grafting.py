@@ -111,5 +111,5 @@ def _names(sim: Simulation, addition: Graft) -> dict[str, str]:
     wanted = {*addition.names.values(), *(name for kind in addition.registered.values() for name in kind)}
     taken: Collection[str] = sim.scene.by_names().keys()
     if addition.registered:
-        taken = taken | {name for names in sim.registered_names().values() for name in names}
+        taken = taken | {name for names in sim.parts.registered_names().values() for name in names}
     return copy_names(wanted, taken)

@@ -56,7 +56,7 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
     notes.setdefault(base.name, {}).setdefault("model", {})["base"] = True
     spec = model.scene.spec.copy()
     if (report := model.scene.import_report) is not None:
-        sim.tell(lambda part: part.file_imported(report))
+        sim.parts.tell(lambda part: part.file_imported(report))
     elif not model.is_saved:
         settle_loose_meshes(spec)
     give_full_paths(spec)

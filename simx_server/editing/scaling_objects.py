@@ -116,4 +116,4 @@ def _scale_alike(sim: Simulation, item: SceneObject, factor: float) -> None:
     if item.kind == ObjectKind.JOINT:
         scale_joint(sim.joints, item.handle, factor)
     scale_mark(sim, item, factor)
-    sim.tell(lambda part: part.object_scaled(item.handle, factor))
+    sim.parts.tell(lambda part: part.object_scaled(item.handle, factor))

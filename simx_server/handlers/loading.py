@@ -175,7 +175,7 @@ def find(sim: Simulation, text: str, *, model: bool = False) -> Path:
 def _tell(world: World, found: Path) -> None:
     sim = world.simulation
     sources = _sources_of(sim, found)
-    sim.tell(lambda part: part.file_read(found, sources))
+    sim.parts.tell(lambda part: part.file_read(found, sources))
 
 
 def _open_folders(sim: Simulation) -> list[Path]:

@@ -81,7 +81,7 @@ def file_of_server(world: World, text: str) -> Path:
     """Return a file of the server's side, whose content a script is about to use. Raises CommandError."""
     sim = world.simulation
     found = sim.files.find(workspace.check_name(text), True)
-    sim.tell(lambda part: part.file_read(found, sim.files.sources))
+    sim.parts.tell(lambda part: part.file_read(found, sim.files.sources))
     return found
 
 

@@ -51,7 +51,7 @@ class Keeper(Watcher):
         self._service, self._journal = service, journal
         self._world, self._sim = service.world, service.simulation
         self.first = First.of(self._sim.scene, self._sim.model)
-        names = tuple(type(part).__name__ for part in self._sim.remembering)
+        names = tuple(type(part).__name__ for part in self._sim.parts.remembering)
         self._writer = Writer(self.first, names)
         self._base: Moment | None = None
         self._last: Moment | None = None

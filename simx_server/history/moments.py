@@ -15,8 +15,8 @@ import numpy as np
 from simx_server.joints.machine import Moment as JointsMoment
 from simx_server.parts.communication.signals import Values
 from simx_server.scene.editing.model_state import STATE, get_state
+from simx_server.simulation.parts import Memories
 from simx_server.simulation.saved_state import Snapshot
-from simx_server.simulation.simulation import Memories
 from simx_server.simulation.sleepers import Asleep
 
 if TYPE_CHECKING:
@@ -104,11 +104,11 @@ def take(world: World, before: Moment | None) -> Moment:
         asleep,
         joints,
         signals,
-        sim.remember_parts(before.parts if before else None),
+        sim.parts.remember(before.parts if before else None),
         sim.scene.next_handle,
         sim.dynamics_enabled,
         sim.is_rearranged,
-        sim.has_overlaps,
+        world.physics.has_overlaps,
         size + state.nbytes + sum(each.nbytes for each in derived) + joints.size + bytes_of_signals,
     )
 
@@ -127,7 +127,7 @@ def _is_current(structure: Structure, sim: Simulation) -> bool:
 
 
 def _structure(sim: Simulation, before: Structure | None) -> Structure:
-    snapshot = Snapshot.take(sim)
+    snapshot = sim.snapshot()
     size = 300 * len(snapshot.parents) + 130 * len(snapshot.arrays)
     if before is not None and before.snapshot.model is snapshot.model:
         earlier = before.snapshot.arrays
@@ -159,10 +159,10 @@ def restore(world: World, moment: Moment, before: Moment | None) -> None:
     sim.foresight.forward(sim.model, sim.data)
     world.signals.recall(moment.signals)
     world.velocities.go_on(_poses(before, moment))
-    sim.recall_parts(moment.parts)
+    sim.parts.recall(moment.parts)
     _restore_data(sim.model, sim.data, moment)
     sim.sleepers.recall(moment.asleep)
-    sim.is_rearranged, sim.has_overlaps = moment.is_rearranged, moment.has_overlaps
+    world.physics.go_on(is_rearranged=moment.is_rearranged, has_overlaps=moment.has_overlaps)
 
 
 def _restore_data(model: mujoco.MjModel, data: mujoco.MjData, moment: Moment) -> None:

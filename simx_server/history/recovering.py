@@ -18,8 +18,9 @@ from simx_server.errors import CommandError
 from simx_server.joints.machine import Moment as JointsMoment
 from simx_server.scene.editing.model_state import editable_arrays, options_of
 from simx_server.scene.objects import Scene
+from simx_server.simulation.parts import Memories
 from simx_server.simulation.saved_state import Snapshot
-from simx_server.simulation.simulation import Memories, Simulation, SimulationState
+from simx_server.simulation.simulation import Simulation, SimulationState
 
 from .going_on import start_from
 from .journal import Block
@@ -169,7 +170,7 @@ class _Reader:
         return self._made[number]
 
     def _memories(self, names: Sequence[str], memories: Sequence[int]) -> Memories:
-        parts = self._sim.remembering
+        parts = self._sim.parts.remembering
         if [*names] != [type(part).__name__ for part in parts]:
             raise NotPackable("it is of a server with other parts")
         return [(part, self._section(number)) for part, number in zip(parts, memories, strict=True)]

@@ -209,7 +209,7 @@ class IkGroups(Part):
         )
         handle, self._next = self._next, self._next + 1
         self._made = {**self._made, handle: group}
-        self._sim.replan()
+        self._sim.parts.replan()
         return handle
 
     def remove(self, handle: int) -> None:

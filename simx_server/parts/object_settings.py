@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from simx_server.scene.editing.copies.kept import Kept
     from simx_server.scene.saved import Saved
     from simx_server.simulation.simulation import Simulation
+    from simx_server.simulation.surfaces import Surfaces
 
 _LAYERS = 0xFFFF
 _HIDDEN = 0x0100
@@ -56,8 +57,8 @@ class _Settings:
 class ObjectSettings(Part):
     """The settings of all objects of the scene, by handle. The stop undoes a run's changes."""
 
-    def __init__(self, sim: Simulation) -> None:
-        self._sim = sim
+    def __init__(self, sim: Simulation, surfaces: Surfaces) -> None:
+        self._sim, self._surfaces = sim, surfaces
         self._known: dict[int, _Settings] = {}
         self._before_the_run: dict[int, _Settings] = {}
         self._kept: dict[tuple[int, int], float] = {}
@@ -203,7 +204,7 @@ class ObjectSettings(Part):
         self._placed.update(handles)
         if self._placed and not self.has_work:
             self.has_work = True
-            self._sim.replan()
+            self._sim.parts.replan()
 
     def launch_placed(self) -> None:
         """Apply the first velocities of the shapes that were placed since the last physics."""
@@ -215,7 +216,7 @@ class ObjectSettings(Part):
             item = objects.get(handle)
             is_shape = item is not None and item.kind == ObjectKind.SHAPE and item.element == "body"
             if item is not None and is_shape and model.body_weldid[item.body] == 0:
-                self._sim.surfaces.drive(handle, self._of(handle).first_velocity)
+                self._surfaces.drive(handle, self._of(handle).first_velocity)
         self._placed.clear()
 
     def _launch_free(self, handles: Collection[int]) -> None:

@@ -184,7 +184,7 @@ class Particles(Part):
         handle = self._next
         self._next += 1
         self._known[handle] = particles
-        self._sim.replan()
+        self._sim.parts.replan()
         return handle
 
     def get(self, handle: int) -> ParticleObject:

@@ -100,7 +100,7 @@ class Recorder(Watcher):
         """Record which files are read from now on; the recording goes on and has those of the world."""
         self._world = world
         simulation = world.simulation
-        simulation.attach(self)
+        simulation.parts.attach(self)
         world.outside.listen(partial(self._log.put, Kind.OUTSIDE))
 
         def find_and_note(text: str, is_model: bool) -> Path:

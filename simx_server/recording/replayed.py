@@ -106,7 +106,7 @@ class Replayed:
 
     def await_room(self) -> None:
         """Wait as long as simulation steps are held, so that films and state logs contain all of a replay."""
-        while self._simulation.is_held:
+        while self._simulation.parts.holds_step():
             time.sleep(HELD)
 
     def await_point(self, number: int, record: Record) -> None:

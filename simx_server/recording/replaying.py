@@ -141,7 +141,7 @@ class _States(Part):
         self._recorded: deque[list[bytes]] = deque()
         self._of_step: list[bytes] | None = None
         self.compared = 0
-        self._sim.attach(self)
+        self._sim.parts.attach(self)
 
     def run_stopping(self) -> None:
         self._made.append(state.digests(self._world))

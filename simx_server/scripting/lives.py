@@ -143,7 +143,7 @@ class Lives:
         script.switching.is_last = False
         script.raises_errors = script.stops_at_errors
         script.console_verbosity = script.bar_verbosity = USUAL_VERBOSITY
-        self._sim.replan()
+        self._sim.parts.replan()
         try:
             source = script.code(self._sim, allows_code=self.allows_code)
             spaces = self._open_spaces(script)
@@ -306,7 +306,7 @@ class Lives:
 
     def _tell(self, text: str) -> None:
         self._status_bar.add(text)
-        self._sim.tell(lambda part: part.script_stopped(text))
+        self._sim.parts.tell(lambda part: part.script_stopped(text))
 
     def drop(self, script: Script) -> None:
         """Delete a script's state, and the signals it set."""
@@ -314,7 +314,7 @@ class Lives:
         script.problem = ""
         script.enabled = script.starts_enabled
         self._signals.clear_owned(script.signal_owner)
-        self._sim.tell(lambda part: part.script_ended(script.signal_owner))
+        self._sim.parts.tell(lambda part: part.script_ended(script.signal_owner))
 
     def _serve_others(self) -> None:
         if not self._sim.physics_calls.is_in_step:  # a request may need a copy of the state

@@ -251,7 +251,7 @@ class Phases:
             events = [*script.events.values(), *(script.changes() if script.changes else ())]
             if script.events:
                 script.events.clear()
-                self._sim.replan()
+                self._sim.parts.replan()
             if events:
                 self._lives.call(script, EVENT, _LIST + b"".join(events) + _END)
 
@@ -280,4 +280,4 @@ class Phases:
 
     def _outside_changed(self) -> None:
         self._watch_idle()
-        self._sim.replan()
+        self._sim.parts.replan()

@@ -286,7 +286,7 @@ def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
 
 def tell_of_file(sim: Simulation, path: Path) -> None:
     """Report that a script's file was read: recordings store it."""
-    sim.tell(lambda part: part.file_read(path, sim.files.sources))
+    sim.parts.tell(lambda part: part.file_read(path, sim.files.sources))
 
 
 class Spaces(Protocol):
@@ -370,7 +370,7 @@ class ScriptSide:
         return text
 
     def phases_changed(self) -> None:
-        self._sim.replan()
+        self._sim.parts.replan()
 
     def output(self, text: str) -> None:
         self._status_bar.add(text)

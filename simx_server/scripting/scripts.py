@@ -335,7 +335,7 @@ class Scripts(Part):
     def _reorder(self) -> None:
         """Find the order of calls again: there are other scripts, or the order of one has changed."""
         self._ordered_by = None
-        self._sim.replan()
+        self._sim.parts.replan()
 
     def list_scripts(self) -> str:
         """Return the scripts of the scene in one line, for messages."""

@@ -95,10 +95,10 @@ class Due:
                     self._pacer.restart()  # the time of a stop, a pause or stepped mode is not caught up
                 if (left := self._pacer.seconds_left()) > 0 or not math.isinf(self._pacer.speed):
                     return left
-                return HELD if self._simulation.is_held else 0.0
+                return HELD if self._simulation.parts.holds_step() else 0.0
             self._is_paced = False
             if not self.is_waiting_for_trigger:
-                return HELD if self._simulation.is_held else 0.0
+                return HELD if self._simulation.parts.holds_step() else 0.0
         else:
             self._is_paced = False
             if self.is_idle_wanted:

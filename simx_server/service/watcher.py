@@ -99,13 +99,13 @@ class Watchers:
     def add(self, *watchers: Watcher) -> None:
         """Notify these watchers from now on, after the others."""
         self._all = (*self._all, *watchers)
-        self._simulation.attach(*watchers)
+        self._simulation.parts.attach(*watchers)
         self._sort()
 
     def remove(self, watcher: Watcher) -> None:
         """Notify a watcher no more."""
         self._all = tuple(each for each in self._all if each is not watcher)
-        self._simulation.detach(watcher)
+        self._simulation.parts.detach(watcher)
         self._sort()
 
     def _sort(self) -> None:

@@ -35,7 +35,7 @@ class AppliedForces:
         self._any = True
         if not self.has_work:
             self.has_work = True
-            self._sim.replan()
+            self._sim.parts.replan()
 
     def add_at(self, shape: int, point: Vector, force: Vector) -> None:
         """Add a force in newtons at a point, both in the shape's own frame.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class Part:
     """Base class: every method may be overridden, and does nothing here.
 
-    `Simulation.attach` decides the order in which parts are notified.
+    `Parts.attach` decides the order in which parts are notified.
     """
 
     def scene_closing(self) -> None:

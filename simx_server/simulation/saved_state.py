@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -16,11 +16,10 @@ from simx_server.scene.editing.model_state import (
 )
 
 if TYPE_CHECKING:
+    from simx_server.joints import Joints
     from simx_server.joints.machine import Settings
     from simx_server.scene.formats.annotations import Annotation, Annotations
     from simx_server.scene.objects import Scene
-
-    from .simulation import Simulation
 
 
 @dataclass
@@ -45,40 +44,46 @@ class Snapshot:
     joints: Settings
 
     @classmethod
-    def take(cls, sim: Simulation) -> Snapshot:
-        """Save everything a run may change."""
+    def take(
+        cls,
+        scene: Scene,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        arrays: Sequence[memoryview],
+        joints: Joints,
+    ) -> Snapshot:
+        """Save everything a run may change; `arrays`: those of the model that a command may write."""
         return cls(
-            scene=sim.scene,
-            model=sim.model,
-            data=sim.data,
-            state=get_state(sim.model, sim.data),
-            arrays=list(map(bytes, sim.editable_arrays())),
-            options=copy(sim.model.opt),
-            parents=_parents(sim.scene),
-            identities=_identities(sim.scene),
-            annotations=sim.scene.annotations,
-            overrides=dict(sim.scene.parent_overrides),
-            model_properties=dict(sim.scene.model_properties),
-            withheld=dict(sim.scene.withheld),
-            joints=sim.joints.remember(),
+            scene=scene,
+            model=model,
+            data=data,
+            state=get_state(model, data),
+            arrays=list(map(bytes, arrays)),
+            options=copy(model.opt),
+            parents=_parents(scene),
+            identities=_identities(scene),
+            annotations=scene.annotations,
+            overrides=dict(scene.parent_overrides),
+            model_properties=dict(scene.model_properties),
+            withheld=dict(scene.withheld),
+            joints=joints.remember(),
         )
 
-    def restore(self, sim: Simulation) -> bool:
-        """Restore the saved state; return whether scene or model are other objects than before."""
-        replaced = sim.model is not self.model or sim.scene is not self.scene
-        self.scene.next_handle = sim.scene.next_handle  # handles of the run's new objects are not used again
-        sim.scene, sim.model, sim.data = self.scene, self.model, self.data
-        arrays = sim.editable_arrays()
+    def restore(self, arrays: Sequence[memoryview], *, is_replaced: bool) -> None:
+        """Restore model, data and scene; the joints follow.
+
+        Args:
+            arrays: those of the model that a command may write.
+            is_replaced: scene or model were other objects.
+        """
         if b"".join(arrays) != b"".join(self.arrays):
             for array, saved in zip(arrays, self.arrays, strict=True):
                 array[:] = saved
         self.model.opt = self.options  # copies them
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_setState(self.model, self.data, self.state, STATE)
-        if replaced or not self._is_of(self.scene):
+        if is_replaced or not self._is_of(self.scene):
             self._restore(self.scene)
-        sim.joints.recall(self.joints)
-        return replaced
 
     def _is_of(self, scene: Scene) -> bool:
         """Return whether no object was renamed, moved in the tree or given other properties since."""

@@ -7,9 +7,8 @@ length, so it does not drift.
 
 from __future__ import annotations
 
-import functools
 import logging
-from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
@@ -19,11 +18,8 @@ import mujoco
 
 from simx_server.errors import CommandError, one_line
 from simx_server.joints import Joints
-from simx_server.joints.crowding import FEW, is_crowded
 from simx_server.joints.foresight import Foresight
 from simx_server.joints.stepping import kinematics
-from simx_server.joints.stepping.stepper import LIMIT_SEPARATION, UPDATE
-from simx_server.joints.watch import StepFailed, TooSlow
 from simx_server.limits import Limits
 from simx_server.scene import properties
 from simx_server.scene.editing.model_state import editable_arrays
@@ -39,11 +35,10 @@ from simx_server.scene.poses.pose_copies import PresentPoses
 from . import physics_warnings
 from .compiled import Compiled
 from .interruptions import Interruptions
-from .part import Part
+from .parts import Parts
 from .physics_callbacks import PhysicsCalls
 from .saved_state import Snapshot
 from .sleepers import Sleepers
-from .surfaces import Surfaces
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
@@ -56,19 +51,6 @@ DEFAULT_TIME_STEP = 0.05
 """V-REP's default simulation step in seconds."""
 
 
-Memories = list[tuple[Part, object]]
-"""Parts, and what each of them remembers of a moment."""
-
-
-_RUN_EVENTS = "run_starting", "run_started", "run_ending", "run_stopping", "run_stopped"
-
-
-@functools.cache
-def _overrides(kind: type[Part], method: str) -> bool:
-    """Return whether a kind of part overrides a method."""
-    return getattr(kind, method) is not getattr(Part, method)
-
-
 class SimulationState(Enum):
     STOPPED = "stopped"
     RUNNING = "running"
@@ -76,7 +58,7 @@ class SimulationState(Enum):
 
 
 class Simulation:
-    """Model, data, joints, time, start and stop; the attached parts are notified of its events."""
+    """Model, data, joints, time, start and stop; the parts are told of its events."""
 
     model = Compiled[mujoco.MjModel]()
     data = Compiled[mujoco.MjData]()
@@ -116,32 +98,18 @@ class Simulation:
         self.scene_is_of_client = False
         """A client sent the scene's file, or a file that it includes."""
         self._is_going_back = False
-        self.are_stages_stale = True
-        """See `replan`."""
-        self._parts: list[Part] = []
-        self._told_of_steps: tuple[Part, ...] = ()
-        self._holding: tuple[Part, ...] = ()
-        self._told_of_runs: Mapping[str, tuple[Part, ...]] = dict.fromkeys(_RUN_EVENTS, ())
-        self.remembering: tuple[Part, ...] = ()
-        """Parts that remember something of a moment, in the order of `remember_parts`."""
+        self.parts = Parts()
         self._soon: list[Callable[[], object]] = []
         self.foresight = Foresight(self)
         self.sleepers = Sleepers(self)
-        self._warnings = physics_warnings.OnceAKind()
-        self.surfaces = Surfaces(self)
         self._snapshot: Snapshot | None = None
         self._arrays: tuple[mujoco.MjModel, Sequence[memoryview]] | None = None
         """A model and its `editable_arrays`."""
-        self._too_slow: tuple[int, int, str] | None = None
-        """The version of state and model with which a run could not make its first step, and the reason."""
-
         self.waiting: Waiting | None = None
         """Edits that the model has not got yet."""
         self._stale = False
         self.is_rearranged = True
         """State or model was written since the last physics."""
-        self.has_overlaps = False
-        """Shapes overlapped deeply in the last physics step."""
         self._wanted_timestep = 0.002
         self._time_step = DEFAULT_TIME_STEP
         self.substeps = 1
@@ -149,58 +117,6 @@ class Simulation:
         scene, model = empty_scene()
         self._adopt(scene, model, self._first_state(scene, model))
         self.poses = PresentPoses(self)
-
-    def attach(self, *parts: Part) -> None:
-        """Notify these parts of the simulation's events from now on, after those attached before; each only once."""
-        self._parts.extend(part for part in parts if part not in self._parts)
-        self._sort_parts()
-
-    def detach(self, part: Part) -> None:
-        """Stop notifying a part."""
-        self._parts.remove(part)
-        self._sort_parts()
-
-    def _sort_parts(self) -> None:
-        # Most parts do nothing at these events, which come with every simulation step or run.
-        self._told_of_steps = self._parts_with("step_finished")
-        self._holding = self._parts_with("holds_step")
-        self.remembering = self._parts_with("remember")
-        self._told_of_runs = {event: self._parts_with(event) for event in _RUN_EVENTS}
-
-    def _parts_with(self, method: str) -> tuple[Part, ...]:
-        """Return the parts that override a method."""
-        return tuple(each for each in self._parts if _overrides(type(each), method))
-
-    def _tell_of_run(self, event: str) -> None:
-        self.replan()
-        for part in self._told_of_runs[event]:
-            getattr(part, event)()
-
-    @property
-    def is_held(self) -> bool:
-        """Return whether a part wants the next simulation step later (see `Part.holds_step`)."""
-        return any(part.holds_step() for part in self._holding)
-
-    def tell(self, event: Callable[[Part], object]) -> None:
-        """Notify all parts of an event, such as ``lambda part: part.script_stopped(text)``."""
-        self.replan()
-        for part in tuple(self._parts):
-            event(part)
-
-    def replan(self) -> None:
-        """Have the stages of a simulation step listed again: a part has something to do in steps, or has nothing more.
-
-        Events (`tell`) do this as well.
-        """
-        self.are_stages_stale = True
-
-    def stages_listed(self) -> None:
-        """Note that the stages were listed, after all that has called `replan`."""
-        self.are_stages_stale = False
-
-    def registered_names(self) -> dict[str, Collection[str]]:
-        """Return the names of what exists in the parts beside objects, by its kind of annotation."""
-        return {kind: names for part in self._parts for kind, names in part.registered_names().items()}
 
     @property
     def time(self) -> float:
@@ -284,18 +200,18 @@ class Simulation:
         self.compile_edits()
         self.limits.check("objects", len(scene.objects), f"'{scene.name}' has {len(scene.objects)}")
         data = self._first_state(scene, model)
-        self.tell(lambda part: part.scene_closing())
+        self.parts.tell(lambda part: part.scene_closing())
         self._adopt(scene, model, data)
         if is_logged:
             logger.info("scene '%s' is loaded with %d objects", scene.name, len(scene.objects))
             log_overlaps(scene, model, self.data)
         self.scene_is_of_client = is_of_client
         if (report := scene.import_report) is not None:
-            self.tell(lambda part: part.file_imported(report))
-        self.tell(lambda part: part.scene_changed())
-        self.tell(lambda part: part.scene_loaded())
+            self.parts.tell(lambda part: part.file_imported(report))
+        self.parts.tell(lambda part: part.scene_changed())
+        self.parts.tell(lambda part: part.scene_loaded())
         properties.apply(self)
-        self.tell(lambda part: part.model_changed(None))
+        self.parts.tell(lambda part: part.model_changed(None))
 
     def close(self) -> None:
         """Replace the scene by V-REP's default one.
@@ -310,24 +226,38 @@ class Simulation:
         """Start from stopped (everything is saved), resume from paused.
 
         Raises:
-            CommandError: from this very state, a run was stopped at its first step, because that takes too long.
+            CommandError: a part refuses the run: from this very state, one was stopped at its first step (`Physics`).
         """
         if self.state == SimulationState.PAUSED:
             self.state = SimulationState.RUNNING
-            self.tell(lambda part: part.run_resumed())
+            self.parts.tell(lambda part: part.run_resumed())
             return
         if self.state == SimulationState.RUNNING:
             return
         self.compile_edits()
-        self._refuse_what_was_too_slow()
         self.foresight.begin_run()
-        self._tell_of_run("run_starting")
-        self._snapshot = Snapshot.take(self)
+        self.parts.tell_of_run("run_starting")
+        self._snapshot = self.snapshot()
         self.joints.forget_run()
         self.step_count = 0
         self.state = SimulationState.RUNNING
         self.refresh()
-        self._tell_of_run("run_started")
+        self.parts.tell_of_run("run_started")
+
+    def snapshot(self) -> Snapshot:
+        """Return everything that a run may change, as it is now."""
+        return Snapshot.take(self.scene, self.model, self.data, self.editable_arrays(), self.joints)
+
+    def _restore(self, snapshot: Snapshot) -> bool:
+        """Restore a saved state; return whether scene or model are other objects than before."""
+        replaced = self.model is not snapshot.model or self.scene is not snapshot.scene
+        snapshot.scene.next_handle = (
+            self.scene.next_handle
+        )  # handles of the run's new objects are not used again
+        self.scene, self.model, self.data = snapshot.scene, snapshot.model, snapshot.data
+        snapshot.restore(self.editable_arrays(), is_replaced=replaced)
+        self.joints.recall(snapshot.joints)
+        return replaced
 
     def go_back(self, snapshot: Snapshot, step_count: int) -> None:
         """Set a run that has just started to the end of a step of an earlier one, whose state was saved.
@@ -336,68 +266,37 @@ class Simulation:
             snapshot: restored in place of the present state; a stop still restores that of the start.
             step_count: steps of the earlier run.
         """
-        replaced = snapshot.restore(self)
+        replaced = self._restore(snapshot)
         self.step_count = step_count
         self.model_edited()
-        self._moved()
+        self.moved()
         self.refresh()
         if replaced:
-            self.tell(lambda part: part.model_changed(None))
-
-    def remember_parts(self, before: Memories | None) -> Memories:
-        """Return what each part needs to go on from here, for `recall_parts`; `before` itself if that is the same."""
-        self.compile_edits()
-        memories = [(part, part.remember()) for part in self.remembering]
-        if before is None or len(before) != len(memories):
-            return memories
-        if before == memories:
-            return before
-        return [old if old == new else new for old, new in zip(before, memories, strict=True)]
-
-    def recall_parts(self, memories: Memories) -> None:
-        """Restore what `remember_parts` returned."""
-        self.replan()
-        for part, memory in memories:
-            part.recall(memory)
+            self.parts.tell(lambda part: part.model_changed(None))
 
     def pause(self) -> None:
         """Pause simulated time; do nothing when not running."""
         if self.state == SimulationState.RUNNING:
             self.state = SimulationState.PAUSED
-            self.tell(lambda part: part.run_paused())
+            self.parts.tell(lambda part: part.run_paused())
 
     def stop(self) -> None:
         """End the run and restore, bit for bit, the state saved at its start."""
         if self.state == SimulationState.STOPPED or self._snapshot is None:
             return
         self.is_stopping = True
-        self._prepare_stop()
+        self.parts.tell_of_end(self.compile_edits)
         self.state = SimulationState.STOPPED
         snapshot, self._snapshot = self._snapshot, None
         self.step_count = 0
-        replaced = snapshot.restore(self)
+        replaced = self._restore(snapshot)
         self.model_edited()
         self.changed()
         self.refresh()
         self.is_stopping = False
-        self._tell_of_run("run_stopped")
+        self.parts.tell_of_run("run_stopped")
         if replaced:
-            self.tell(lambda part: part.model_changed(None))
-
-    def _prepare_stop(self) -> None:
-        """Prepare the end of the run. The run ends even if this fails; otherwise it could never be ended."""
-        told = self._told_of_runs
-        for tell in [
-            self.compile_edits,
-            *(part.run_ending for part in told["run_ending"]),
-            *(part.run_stopping for part in told["run_stopping"]),
-        ]:
-            try:
-                tell()
-            except Exception:
-                logger.exception(
-                    "part of what a stop does first has failed; the simulation stops all the same"
-                )
+            self.parts.tell(lambda part: part.model_changed(None))
 
     def editable_arrays(self) -> Sequence[memoryview]:
         """Return the bytes of every array of the model that a command may write: finding them takes longer than
@@ -407,13 +306,6 @@ class Simulation:
             self._arrays = self.model, [value.data.cast("B") for _, value in editable_arrays(self.model)]
         return self._arrays[1]
 
-    def run_physics(self) -> None:
-        """Make the physics steps of one simulation step. When physics cannot continue, the run is stopped."""
-        try:
-            self._make_physics()
-        except (StepFailed, mujoco.FatalError) as error:
-            self._give_up(error)
-
     def measure_joints(self) -> None:
         """Measure the velocities of joints at the end of the physics of a simulation step."""
         self.joints.measure()
@@ -421,79 +313,7 @@ class Simulation:
     def count_step(self) -> None:
         """Advance the time after a complete simulation step."""
         self.step_count += 1
-        for part in self._told_of_steps:
-            part.step_finished()
-
-    def _make_physics(self) -> None:
-        """Make the physics steps, and update the kinematics.
-
-        Raises:
-            StepFailed: physics diverges or takes too long.
-            mujoco.FatalError: MuJoCo failed.
-        """
-        if not self.dynamics_enabled:
-            self._moved()
-            self.refresh()
-            return
-        flags = LIMIT_SEPARATION if self.is_rearranged or self.has_overlaps else 0
-        if self.is_rearranged:  # positions were set; physics alone keeps shapes apart
-            self.is_rearranged = False
-            if self.model.ngeom > FEW:
-                self._check_room()
-        sleepers = self.sleepers
-        with self._warnings:
-            if sleepers.are_to_wake:
-                self.refresh()
-            if sleepers.must_stay_awake:
-                with sleepers.kept_awake():
-                    self._step_joints(flags)
-                is_updated = False
-            else:
-                self._step_joints(flags | UPDATE)
-                is_updated = not sleepers.are_to_wake  # clients are served within a long step
-        self.version += 1
-        self._stale = not is_updated
-        if not is_updated:
-            self.refresh()
-
-    def _step_joints(self, flags: int) -> None:
-        foresight = self.foresight
-        if not foresight.is_needed(self.model):
-            self.has_overlaps = self.joints.step(self.substeps, flags)
-            return
-        try:
-            self.has_overlaps = self.joints.step(self.substeps, flags, foresight.look)
-        finally:
-            foresight.restore()
-
-    def _check_room(self) -> None:
-        """Refuse a state in which one physics step might take very long.
-
-        Raises:
-            StepFailed: too many shapes overlap.
-        """
-        self.refresh()
-        if is_crowded(self.model, self.data, self.limits.near_pairs):
-            reached = self.limits.reached("near_pairs", "move shapes apart, or remove some")
-            raise TooSlow(f"too many shapes are in the same place; {reached}")
-
-    def _give_up(self, error: Exception) -> None:
-        """End a run whose physics cannot continue; the log says why."""
-        text = str(error) if isinstance(error, StepFailed) else f"MuJoCo cannot go on: {one_line(error)}"
-        what, _, advice = text.partition("; ")
-        problem = f"{what} at {self.time:.3f} s; the simulation is stopped"
-        logger.error("%s", problem)
-        is_first = self.is_before_first_step
-        self.fail(f"{problem}; {advice}" if advice else problem)
-        if is_first and isinstance(error, TooSlow):
-            self._too_slow = self.version, self.model_version, text
-
-    def _refuse_what_was_too_slow(self) -> None:
-        """Refuse a start that would be stopped at its first step. Raises CommandError."""
-        if self._too_slow is not None and self.dynamics_enabled:
-            version, model_version, text = self._too_slow
-            if (version, model_version) == (self.version, self.model_version):
-                raise CommandError(f"the simulation is not started, because nothing has changed since {text}")
+        self.parts.tell_of_step()
 
     def fail(self, problem: str) -> None:
         """End a run that cannot continue. Calls that wait for one of its steps fail with the reason.
@@ -505,7 +325,7 @@ class Simulation:
             self.stop()
         finally:
             self.failure = ""
-            self.tell(lambda part: part.script_stopped(problem))
+            self.parts.tell(lambda part: part.script_stopped(problem))
 
     def soon(self, action: Callable[[], object]) -> None:
         """Start, pause or stop at the request of a script, once no simulation step and no script is in progress."""
@@ -546,11 +366,12 @@ class Simulation:
         """Note that state or model was written: readers see a new version and fresh kinematics."""
         self.sleepers.wake()
         self.is_rearranged = True
-        self._moved()
+        self.moved()
 
-    def _moved(self) -> None:
+    def moved(self, *, is_updated: bool = False) -> None:
+        """Note other positions; `is_updated`: what follows from them is up to date already."""
         self.version += 1
-        self._stale = True
+        self._stale = not is_updated
 
     def model_edited(self) -> None:
         """Note that arrays or options of the model were written, so copies of it are stale."""
@@ -574,7 +395,7 @@ class Simulation:
             del self.model, self.data
         self.model_edited()
         self.changed()
-        self.tell(lambda part: part.scene_edited())
+        self.parts.tell(lambda part: part.scene_edited())
 
     def compile_edits(self) -> None:
         """Compile the edits that wait, if there are any. A read of `model` or `data` calls this."""
@@ -591,7 +412,7 @@ class Simulation:
         self.model_edited()
         self.changed()
         self.refresh()
-        self.tell(lambda part: part.model_changed(twins))
+        self.parts.tell(lambda part: part.model_changed(twins))
 
     def replace_scene(self, scene: Scene, twins: Twins) -> None:
         """Continue with a scene that an edit has made in the present model (see `scene/editing/in_place`)."""
@@ -599,7 +420,7 @@ class Simulation:
         self.model_edited()
         self.changed()
         self.refresh()
-        self.tell(lambda part: part.model_changed(twins))
+        self.parts.tell(lambda part: part.model_changed(twins))
 
     def _first_state(self, scene: Scene, model: mujoco.MjModel) -> mujoco.MjData:
         """Return the initial state of a scene.

@@ -18,11 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .part import Part
+from .simulation import Simulation
 
 if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
-
-    from .simulation import Simulation
 
 Array = NDArray[np.float64]
 

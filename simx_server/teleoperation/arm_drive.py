@@ -149,7 +149,7 @@ class ArmDrive(Part):
         """End the wish, and return it."""
         wish, self._wish, self._target, self.twist = self._wish, None, None, STILL
         if wish is not None:
-            self._sim.replan()
+            self._sim.parts.replan()
         return wish
 
     def _start(self, wish: _Wish) -> None:
@@ -157,7 +157,7 @@ class ArmDrive(Part):
             self.release()
         self._wish = wish
         self._steps_left = max(1, math.ceil(HELD / self._sim.time_step - 1e-9))
-        self._sim.replan()
+        self._sim.parts.replan()
 
     def _solver(self, arm: Arm) -> Solver:
         self._scratch.load()

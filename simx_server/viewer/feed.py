@@ -145,7 +145,7 @@ class Feed(Part):
         self._metrics: Metrics | None = None
         self._metrics_until = 0.0
         self._pausing_at: int | None = None
-        self._sim.attach(self)
+        self._sim.parts.attach(self)
 
     def call(
         self, function: str, ints: list[int], floats: list[float], strings: list[str], buffer: bytes

@@ -52,14 +52,16 @@ from simx_server.sensors.proximity.proximity import ProximitySensors
 from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.sensors.vision.vision_sensors import VisionSensors
 from simx_server.simulation.applied_forces import AppliedForces
+from simx_server.simulation.physics import Physics
 from simx_server.simulation.simulation import Simulation, SimulationState
+from simx_server.simulation.surfaces import Surfaces
 from simx_server.simulation.velocities import Velocities
 from simx_server.teleoperation.arm_drive import ArmDrive
 
 Action = Callable[[], object]
 
 Stage = tuple[str, Callable[["World"], Action | Literal[False]]]
-"""A name, and a function that returns what a world does in this stage; False: nothing, until `Simulation.replan`."""
+"""A name, and a function that returns what a world does in this stage; False: nothing, until `Parts.replan`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +69,8 @@ class World:
     """All parts, made by `building.build_world`. Physics thread only, except `rendering`."""
 
     simulation: Simulation
+    physics: Physics
+    surfaces: Surfaces
     velocities: Velocities
     applied_forces: AppliedForces
     signals: Signals
@@ -129,12 +133,12 @@ class World:
         ),
         (
             "surfaces that move",
-            lambda world: world.simulation.surfaces.has_work and world.simulation.surfaces.prepare,
+            lambda world: world.surfaces.has_work and world.surfaces.prepare,
         ),
-        ("physics with joint controllers", lambda world: world.simulation.run_physics),
+        ("physics with joint controllers", lambda world: world.physics.run),
         (
             "moved surfaces arrive",
-            lambda world: world.simulation.surfaces.has_work and world.simulation.surfaces.finish,
+            lambda world: world.surfaces.has_work and world.surfaces.finish,
         ),
         ("particles", lambda world: world.particles.has_work and world.particles.move),
         ("applied forces end", lambda world: world.applied_forces.has_work and world.applied_forces.clear),
@@ -154,7 +158,7 @@ class World:
     """The stages of a simulation step, in the order of V-REP's main script. Other images are rendered on request."""
 
     stages: list[tuple[int, Action]] = field(init=False, repr=False)
-    """What `find_stages` found when `Simulation.replan` was called last; belongs to `step`."""
+    """What `find_stages` found when `Parts.replan` was called last; belongs to `step`."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "stages", [])
@@ -178,14 +182,14 @@ class World:
                     return
                 act()
                 done = number
-                if simulation.are_stages_stale:
+                if simulation.parts.are_stages_stale:
                     break
         simulation.settle()
 
     def _stages_after(self, done: int) -> Sequence[tuple[int, Action]]:
         """Return what is left of a simulation step; a stage may give a later one something to do."""
-        if self.simulation.are_stages_stale:
-            self.simulation.stages_listed()
+        if self.simulation.parts.are_stages_stale:
+            self.simulation.parts.stages_listed()
             self.stages[:] = self.find_stages()
         return self.stages if done < 0 else [each for each in self.stages if each[0] > done]
 

@@ -40,7 +40,7 @@ def noted(sim: Simulation, spec: mujoco.MjSpec, handles: Iterable[int], *, is_mo
     """
     saved = Saved.of(sim.scene, spec, handles, is_model=is_model)
     sim.joints.saving(saved)
-    sim.tell(lambda part: part.saving(saved))
+    sim.parts.tell(lambda part: part.saving(saved))
     note_simulation(saved, sim)
     note_objects(saved, sim.scene)
     note_registered(saved, sim)
@@ -76,7 +76,7 @@ def note_objects(saved: Saved, scene: Scene) -> None:
 
 def note_registered(saved: Saved, sim: Simulation) -> None:
     """Keep the registered entries that are alive, and in a model those of its objects; drop dead references."""
-    alive = sim.registered_names()
+    alive = sim.parts.registered_names()
     present = {
         kind: {
             name: note for name, note in notes.items() if kind in _OF_PARTS or name in alive.get(kind, notes)

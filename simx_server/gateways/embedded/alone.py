@@ -51,7 +51,7 @@ class Alone:
             and not session.before_trigger
             and not self._queue.has_work()
             and not self._due.is_paced
-            and not self._simulation.is_held
+            and not self._simulation.parts.holds_step()
         )
 
     def step(self, call: DirectCall) -> Answer:

@@ -112,7 +112,7 @@ class Ros2Gateway(Gateway, Part):
             self._robots,
         )
         self._contents = [content(context) for content in CONTENT]
-        service.simulation.attach(*self._contents)
+        service.simulation.parts.attach(*self._contents)
         self._offered = Offered(node)
         self._seen: tuple[object, int] = (None, -1)
         """Scene and model version when the offers were listed."""
@@ -142,7 +142,7 @@ class Ros2Gateway(Gateway, Part):
         self._service.world.ros2_topics.serve(None)
         for part in self._contents:
             part.close()
-            self._simulation.detach(part)
+            self._simulation.parts.detach(part)
         self._session.close()
         self._client.leave()
 

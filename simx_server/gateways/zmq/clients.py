@@ -210,7 +210,7 @@ class ZmqClients(Watcher):
             del self._clients[client.key]
             self._resting.pop(client.key, None)
             owner = client.script.signal_owner
-            self.world.simulation.tell(lambda part: part.script_ended(owner))
+            self.world.simulation.parts.tell(lambda part: part.script_ended(owner))
 
     # --- messages --------------------------------------------------------------------------------
 

@@ -73,7 +73,7 @@ def reset_dynamic_object(world: World, handle: int) -> None:
         sim.waiting.call(lambda: reset_dynamic_object(world, handle))
         return
     placing.rest(sim, sim.scene.get(handle))
-    sim.surfaces.put([handle, *sim.scene.descendants(handle)])
+    world.surfaces.put([handle, *sim.scene.descendants(handle)])
     _launch(world, handle)
 
 

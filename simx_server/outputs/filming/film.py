@@ -63,7 +63,7 @@ class Film(Part):
         self.unseen = 0
         """Frames that do so because the scene had no such camera."""
 
-        sim.attach(self)
+        sim.parts.attach(self)
 
     def close(self) -> None:
         """Encode the waiting frames and end the file."""

@@ -56,7 +56,7 @@ class Moment(Part):
         self._second = second
         self._elapsed = 0.0
         self._image: Future[Pixels] | None = None
-        sim.attach(self)
+        sim.parts.attach(self)
 
     def write(self, path: Path) -> None:
         """Write the image as a PNG, after the replay. An existing file is replaced.

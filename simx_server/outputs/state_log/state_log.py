@@ -110,7 +110,7 @@ class StateLog(Part):
         self._frames: Packed
         self._joints: tuple[list[int], Packed]
         self._sample()
-        sim.attach(self)
+        sim.parts.attach(self)
 
     def close(self) -> None:
         """Write what waits, and end the file."""

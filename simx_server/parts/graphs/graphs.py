@@ -82,7 +82,7 @@ class Graphs(Part):
         graph = self._graphs.get(handle)
         if graph is None:
             graph = self._graphs[handle] = Graph()
-            self._sim.replan()
+            self._sim.parts.replan()
         return graph
 
     def handles(self) -> list[int]:

@@ -108,7 +108,7 @@ class Textures(Part):
         self._written[self.name(number)] = pixels
         if not self.has_work:
             self.has_work = True
-            self._sim.replan()
+            self._sim.parts.replan()
 
     def add(self, pixels: Pixels) -> str:
         """Add a texture (height, width, 3) that nothing has yet, and return its full name. Raises CommandError."""

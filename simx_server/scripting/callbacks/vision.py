@@ -71,7 +71,7 @@ class VisionCallBacks:
         self._judged = frozenset(one.owner for one in scripts if one.has(VISION))
         self._told = frozenset(one.owner for one in scripts if one.has(TRIGGER))
         self._vision.tell_images(self._judge)
-        self._sim.replan()
+        self._sim.parts.replan()
 
     def sense(self) -> None:
         """Process the images of a simulation step: all are requested before the first script waits for one."""

@@ -40,11 +40,11 @@ class HandledSensors(SensorSettings):
         if "width" in values or "height" in values:
             self._blank(handle)
         elif "external" in values:
-            self._sim.replan()
+            self._sim.parts.replan()
 
     def _blank(self, handle: int) -> None:
         self._handled.discard(handle)
-        self._sim.replan()
+        self._sim.parts.replan()
 
     def _is_blank(self, sensor: Sensor) -> bool:
         """Return whether V-REP's image is the background: nothing was handled or set."""
@@ -61,7 +61,7 @@ class HandledSensors(SensorSettings):
         """Note that a simulation step has handled all sensors that it does handle."""
         if self._are_some_new():
             self._handled |= self._in_each_step()
-            self._sim.replan()
+            self._sim.parts.replan()
 
     def _in_each_step(self) -> set[int]:
         """Return the sensors that each simulation step handles, unless that is switched off."""

@@ -217,7 +217,7 @@ class VisionSensors(HandledSensors, Part):
         if explicit and is_rendered_on_request and self._is_automatic(settings) and handle in self._handled:
             self._take(sensor, self._sim.step_count)
         settings.explicit, settings.image_step = explicit, self._sim.step_count
-        self._sim.replan()
+        self._sim.parts.replan()
 
     def sense(self, handle: int) -> bool:
         """Render a sensor for its script in the sensing phase; the image is kept until the next sensing.
@@ -248,7 +248,7 @@ class VisionSensors(HandledSensors, Part):
         """
         if not self._are_sensed:
             self._are_sensed = True
-            self._sim.replan()
+            self._sim.parts.replan()
         if self.enabled:
             self._handle_new()
         for handle in self._remembering():

@@ -72,7 +72,7 @@ class ConfigurationFunctions(ApiPart, effect="changes"):
         moved = any(abs(new - old) > _NEAR for new, old in zip(entry["pose"], present, strict=True))
         if moved and item.element != "tendon":
             poses.set_object_pose(self._world, handle, frames.PARENT, as_pose(entry["pose"]))
-            sim.surfaces.put([handle, *sim.scene.descendants(handle)])
+            self._world.surfaces.put([handle, *sim.scene.descendants(handle)])
         if "position" in entry and self._has_one_value(handle):
             joints.set_joint_position(self._world, handle, entry["position"])
             if sim.joints.mode(handle) == JointMode.FORCE:

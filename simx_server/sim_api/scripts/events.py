@@ -59,7 +59,7 @@ class EventFunctions(ApiPart, effect="changes"):
                 if len(script.events) >= _MOST:
                     raise CommandError(f"{_MOST} events wait for a script; that is the most")
                 script.events[key] = encode({**known, "data": data})
-        self._sim.replan()
+        self._sim.parts.replan()
 
     def __init__(self, world: World, script: Script) -> None:
         super().__init__(world, script)
@@ -73,7 +73,7 @@ class EventFunctions(ApiPart, effect="changes"):
         wanted = _wanted(filters)
         watch = _Watch(self._world, self._signal_owner, wanted, self._say_once) if wanted else None
         self._script.changes = self._watch_all() if watch is None else watch.changes
-        self._sim.replan()
+        self._sim.parts.replan()
 
     def _watch_all(self) -> Callable[[], Sequence[bytes]]:
         """Watch the scene and all objects, and return what gives their changes."""

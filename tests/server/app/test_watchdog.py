@@ -59,12 +59,10 @@ def watched(what: str, grace: float = 0.2, arguments: str = "", before: str = ""
 
 
 @contextmanager
-def hanging(
-    *arguments: object, where: str = "Simulation.run_physics", how: str = LOCKED
-) -> Iterator[Popen[str]]:
+def hanging(*arguments: object, where: str = "Physics.run", how: str = LOCKED) -> Iterator[Popen[str]]:
     """A simx-server that hangs where this would be called."""
     program = (
-        f"{HANG}\nfrom simx_server.app import cli\nfrom simx_server.simulation.simulation import Simulation\n"
+        f"{HANG}\nfrom simx_server.app import cli\nfrom simx_server.simulation.physics import Physics\n"
         f"{where} = lambda *_, **__: {how}\nsys.exit(cli.main())"
     )
     with running(spawn("-c", program, *arguments)) as process:

@@ -45,7 +45,7 @@ def world() -> World:
 
 def test_new_part_hears_of_copies_and_of_scaling(world: World) -> None:
     part = Notes()
-    world.sim.attach(part)
+    world.sim.parts.attach(part)
     joint = next(iter(world.sim.scene.of_kind(1)))
     part.notes[joint] = 2.0
     (copy,) = copy_objects(world.parts, [joint])
@@ -53,7 +53,7 @@ def test_new_part_hears_of_copies_and_of_scaling(world: World) -> None:
     scale_object(world.parts, copy, [3.0, 3.0, 3.0])
     scale_objects(world.parts, [joint], 0.5, positions=False)
     assert part.notes == {joint: 1.0, copy: 6.0}
-    assert list(world.sim.registered_names()["note"]) == ["free"]
+    assert list(world.sim.parts.registered_names()["note"]) == ["free"]
 
 
 @pytest.mark.parametrize("module", ["copying", "grafting", "scaling_objects"])

@@ -49,7 +49,7 @@ class Crashing:
     def _begin(self, lab: Lab, keeper: Keeper, recovered: Recovered | None = None) -> None:
         self.keeper = keeper
         keeper.start(recovered.base if recovered else None)
-        self.ended.append(lambda: lab.sim.detach(keeper))
+        self.ended.append(lambda: lab.sim.parts.detach(keeper))
 
     def end(self) -> None:
         """Let no process that was started write any more."""

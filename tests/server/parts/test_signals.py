@@ -222,7 +222,7 @@ def test_query_after_a_query_gets_its_own_answer(world: RealWorld, cid: int) -> 
         for text in (b"ab", b"cd\0", b""):
             assert v.simxQuery(cid, "ask", text, "answer", 5000) == (0, bytearray(text[::-1]))
     finally:
-        world.simulation.detach(echoing)
+        world.simulation.parts.detach(echoing)
 
 
 def test_packing_takes_what_scripts_give_and_unpacking_what_signals_hold(cid: int) -> None:

@@ -76,7 +76,7 @@ def live(place: RecordedWorld, other: Path) -> None:
     sim, client = place.simulation, place.client()
 
     def start() -> None:
-        has_room = lambda: not sim.is_held  # noqa: E731
+        has_room = lambda: not sim.parts.holds_step()  # noqa: E731
         assert wait_until(has_room, 20.0)
         start_stepped(client)
 

@@ -85,7 +85,7 @@ def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld
     for name, content in (("plain", ""), ("eyes", EYE + EYE.replace("eye", "other"))):
         (tmp_path / f"{name}.xml").write_text(ROOM.format(content))
     world = RealWorld(tmp_path / "plain.xml", workspace=tmp_path)
-    world.simulation.attach(WarmUp(world.parts))
+    world.simulation.parts.attach(WarmUp(world.parts))
     monkeypatch.setattr(gl_backend, "candidates", lambda: ())
     yield world
     world.close()

@@ -38,7 +38,7 @@ class Contents:
             self.world.loop.service.world, nobody, Place(), Distribution.NEWER, run, self.robots
         )
         self._contents = [content(context) for content in CONTENT if content not in (Control, Rosout)]
-        self.world.simulation.attach(*self._contents)
+        self.world.simulation.parts.attach(*self._contents)
         self._guesses = Guesses(self.world.loop.service.world, drive)
         self._fixed: Any = None
         """The last message of the static transforms, which late subscribers get."""

@@ -284,7 +284,7 @@ def _of_scene(world: World) -> Quantities:
         "groups": {group.name: _group(world, group) for group in world.ik_groups.all().values()},
         "registered": {
             kind: sorted(names)
-            for kind, names in sim.registered_names().items()
+            for kind, names in sim.parts.registered_names().items()
             if kind not in ("collection", "ik")  # scripts make them without registering them
         },
         "scripts": sorted(_script(world, script) for script in world.scripts.all()),

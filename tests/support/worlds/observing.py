@@ -13,5 +13,5 @@ def observe(sim: Simulation, **events: Callable[..., Any]) -> Part:
     """Attach a part that does this at events: ``observe(sim, run_stopped=lambda: ...)``."""
     assert all(hasattr(Part, name) for name in events), f"Part has not all of {list(events)}"
     part = type("Observer", (Part,), {name: staticmethod(event) for name, event in events.items()})()
-    sim.attach(part)
+    sim.parts.attach(part)
     return part

@@ -19,7 +19,7 @@ from simx_server.service.clock import Pacer
 from simx_server.service.loop import ServerLoop
 from simx_server.service.service import build_service
 from simx_server.simulation.interruptions import Interruptions
-from simx_server.simulation.part import Part
+from simx_server.simulation.parts import Parts
 from simx_server.simulation.simulation import SimulationState
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ class PlainSimulation:
         self.interruptions = Interruptions()
         self.rendering = None
         self.simulation = self
-        self._parts: list[Part] = []
-        self.is_held = False
+        self.parts = Parts()
         self.failure = ""
         self.scene = SimpleNamespace(name="plain")
         self.joints: dict[int, float] = {}
@@ -60,8 +59,7 @@ class PlainSimulation:
 
     def start(self) -> None:
         self.state = SimulationState.RUNNING
-        for part in self._parts:
-            part.run_started()
+        self.parts.tell_of_run("run_started")
 
     def pause(self) -> None:
         self.state = SimulationState.PAUSED
@@ -69,8 +67,7 @@ class PlainSimulation:
     def stop(self) -> None:
         self.state = SimulationState.STOPPED
         self.passes = 0
-        for part in self._parts:
-            part.run_stopped()
+        self.parts.tell_of_run("run_stopped")
 
     def fail(self, problem: str) -> None:
         self.failure = problem
@@ -79,12 +76,6 @@ class PlainSimulation:
 
     is_settled = True
     """No script here asks for anything."""
-
-    def attach(self, *parts: Part) -> None:
-        self._parts += parts
-
-    def detach(self, part: Part) -> None:
-        self._parts.remove(part)
 
     def step(self) -> None:
         self.passes += 1

@@ -228,7 +228,7 @@ def test_a_run_ends_also_when_part_of_its_end_fails(
     assert world.simulation.state is SimulationState.STOPPED
     assert told == ["the others are told"]
     assert "the simulation stops all the same" in caplog.text
-    world.simulation.detach(failing)
+    world.simulation.parts.detach(failing)
     start_stepped(client)
     assert v.simxSynchronousTrigger(client) == 0
 

@@ -98,12 +98,12 @@ class Bag(Part):
         self.left_out = 0
         """Simulation steps that are not in the bag because writing could not keep up."""
 
-        simulation.attach(*self._contents, self)
+        simulation.parts.attach(*self._contents, self)
 
     def close(self) -> None:
         """Write what waits, and end the file."""
         for each in (*self._contents, self):
-            self._simulation.detach(each)
+            self._simulation.parts.detach(each)
         self.writer.close()
         if not self.writer.has_failed:
             logger.info(

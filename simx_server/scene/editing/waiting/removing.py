@@ -32,7 +32,7 @@ def remove_shape(sim: LiveScene, handle: int) -> bool:
         return False
     if not _is_alone(sim.model if sim.waiting is None else sim.waiting.model, sim.scene, item):
         return False
-    waiting = sim.waiting or Waiting.of(sim)
+    waiting = sim.waiting or Waiting.of(sim.scene, sim.model, sim.data)
     _take_out(waiting, item)
     waiting.delete(item.element_name)
     sim.hold(waiting)

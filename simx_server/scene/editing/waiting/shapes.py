@@ -41,7 +41,7 @@ def add_shape(sim: LiveScene, spec: mujoco.MjSpec, name: str, notes: Mapping[str
     except (ValueError, mujoco.FatalError, SceneError):
         return None  # the compile of the scene has the error's text
     sim.limits.check("objects", len(sim.scene.objects) + 1, "remove some")
-    waiting = sim.waiting or Waiting.of(sim)
+    waiting = sim.waiting or Waiting.of(sim.scene, sim.model, sim.data)
     scene, handle = waiting.scene, waiting.scene.next_handle
     prefix = f"{handle}{GRAFT_END}"
     strip(spec)

@@ -19,7 +19,6 @@ from simx_server.scene.poses.start import Start
 if TYPE_CHECKING:
     import mujoco
 
-    from simx_server.scene.live import LiveScene
     from simx_server.scene.objects import Change, Scene
 
 
@@ -46,12 +45,12 @@ class Waiting:
     """Functions that are called once after these; they make no edit."""
 
     @classmethod
-    def of(cls, sim: LiveScene) -> Waiting:
-        """Return a scene that can be edited so; `sim` keeps its own."""
-        scene = sim.scene.twin()
+    def of(cls, before: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> Waiting:
+        """Return a twin of the scene of a model, which can be edited so."""
+        scene = before.twin()
         # The scene of an edit has no file.
         scene.start, scene.import_report, scene.vrep_source = Start(), None, None
-        return cls(sim.scene, sim.model, sim.data, scene)
+        return cls(before, model, data, scene)
 
     def added(self, handle: int, change: Change) -> None:
         """Note a new shape; `change` adds it to the spec."""

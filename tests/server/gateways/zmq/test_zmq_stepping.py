@@ -237,5 +237,5 @@ def test_calls_are_noted_with_the_steps_of_a_run_and_a_new_run_goes_on_from_one(
     sim.startSimulation()
     sim.step()
     assert sim.getSimulationTime() == pytest.approx(0.1)
-    server.on_server(lambda: server.simulation.detach(history))
+    server.on_server(lambda: server.simulation.parts.detach(history))
     server.on_server(lambda: server.loop.service.executor.note_in(None))

@@ -122,7 +122,7 @@ def test_bad_classes_are_refused(model: Model, robot: Ref) -> None:
 def test_custom_objects_end_with_their_script(model: Model, robot: Ref) -> None:
     made = model.do(robot, "makeObject")
     lasting = model.do(robot, "makeObject", {"scriptPersistent": True})
-    model.parts.simulation.tell(lambda part: part.script_ended(model.script.signal_owner))
+    model.parts.simulation.parts.tell(lambda part: part.script_ended(model.script.signal_owner))
     assert [model.do(each, "isValid") for each in (robot, made, lasting)] == [False, False, True]
     assert model.get(lasting, "speed") == 0.5
 

@@ -154,7 +154,7 @@ class _Noted(Part):
 
 def test_a_recording_gets_the_files_of_textures_too(world: ScriptWorld) -> None:
     noted = _Noted()
-    world.sim.attach(noted)
+    world.sim.parts.attach(noted)
     imported(world, 16)
     assert sorted(set(noted.names)) == ["corners.png", "square.mtl", "square.obj"]
     noted.names.clear()
