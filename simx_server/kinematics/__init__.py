@@ -35,7 +35,8 @@ finds configurations from random starts, which `sampling` chooses and counts.
 """
 
 from .chain import Constraint, Element
-from .groups import Group, IkGroups
+from .group import Group
+from .groups import IkGroups
 from .solver import Calculation, Method, Result, Solution
 
 __all__ = ["Calculation", "Constraint", "Element", "Group", "IkGroups", "Method", "Result", "Solution"]

@@ -24,7 +24,7 @@ from ..errors import CommandError
 from ..joints import JointMode
 from ..scene.objects import ObjectKind
 from .chain import Arm, Element, Joints, fixed_pose, make_arms
-from .groups import must_stay
+from .group import must_stay
 from .least_squares.problem import pose_of_body
 from .own_objects import OwnJoint, OwnObjects
 from .scratch import Array, Positions, Scratch

@@ -16,7 +16,7 @@ from simx_server.scene.poses.placing import moving_pose, object_pose
 from simx_server.scene.poses.poses import NO_TURN, compose, inverse
 
 from .chain import Element, largest_step
-from .groups import Group
+from .group import Group
 
 if TYPE_CHECKING:
     from simx_server.parts.dummy_links import DummyLinks

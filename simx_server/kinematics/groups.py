@@ -6,26 +6,26 @@ They are handled in each simulation step as in V-REP's main script.
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from simx_server.scene.formats.annotations import WORLD, Annotation
+from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.poses.placing import object_pose
 from simx_server.scene.poses.poses import Pose
 from simx_server.simulation.part import Part
 
 from ..errors import CommandError
 from ..scene.registered import Registry
-from .chain import Ball, Constraint, Element, Joints, NothingMovesError, is_in_ik_mode, make_arms
+from .chain import Ball, Element, Joints, NothingMovesError, is_in_ik_mode, make_arms
+from .group import Group, as_asked, must_stay
+from .group_notes import note_of, read_group
 from .sampling import turned_back
-from .saving import note_of
 from .scratch import Scratch, Trials
-from .solver import Calculation, Method, Result, Solution, Solver
+from .solver import Result, Solution, Solver
 
 if TYPE_CHECKING:
     from simx_server.scene.collection import Collections
@@ -36,61 +36,8 @@ logger = logging.getLogger(__name__)
 
 FIRST_GROUP, FIRST_MADE = 2_030_000, 2_035_000
 
-CONSTRAINTS = {
-    "pose": Constraint.POSE,
-    "position": Constraint.POSITION,
-    "orientation": Constraint.ORIENTATION,
-    "x": Constraint.X,
-    "y": Constraint.Y,
-    "z": Constraint.Z,
-    "alpha_beta": Constraint.ALPHA_BETA,
-    "gamma": Constraint.GAMMA,
-    "none": Constraint(0),
-}
-"""Words of an annotation."""
-
-METHODS = {
-    "pseudo_inverse": Method.PSEUDO_INVERSE,
-    "damped": Method.DAMPED_LEAST_SQUARES,
-    "transpose": Method.JACOBIAN_TRANSPOSE,
-}
-"""Words of an annotation."""
-
-_METHOD_WORDS = {method: word for word, method in METHODS.items()}
-
-_ON = ("yes", "on", "true")
-
-_DEFAULT = Calculation()
-_PRECISION = "{},{!r}".format(*Element(0, 0).precision)
-
-
 _STILL = 1e-9
 """Change of a quaternion's parts below which a spherical joint stays."""
-
-
-@dataclass
-class Group:
-    """One group; scripts may change everything but its name until the simulation stops."""
-
-    name: str
-    elements: list[Element]
-    how: Calculation = _DEFAULT
-    explicit: bool = False
-    """The group is handled only when a script requests it."""
-    enabled: bool = True
-    """Only an enabled group moves joints."""
-    restore: frozenset[str] = frozenset()
-    """Of position and orientation: the joints stay where they are when the tips do not reach this part."""
-    after: str = ""
-    """Name of another group: this one is handled only when that one has failed."""
-    ignores_steps: bool = False
-    """One iteration may move a joint as far as it likes."""
-    margins: tuple[float, float] = (0.0, 0.0)
-    """How far slides (m) and hinges (rad) stay away from their limits."""
-    result: Result = field(default=Result.NOT_PERFORMED)
-    """The result of the last handling."""
-    checked: tuple[int, ...] | None = None
-    """The joints of the last check, which the Jacobian is for; None after a handling: those in IK mode."""
 
 
 class IkGroups(Part):
@@ -165,7 +112,7 @@ class IkGroups(Part):
             group.enabled, group.result, group.checked = before.enabled, before.result, before.checked
 
     def saving(self, saved: Saved) -> None:
-        notes = {group.name: note_of(saved, group, _METHOD_WORDS) for group in self.all().values()}
+        notes = {group.name: note_of(saved, group) for group in self.all().values()}
         saved.registered["ik"] = {name: note for name, note in notes.items() if note is not None}
         for tip, target in self._left.items():
             names = saved.name(tip), saved.name(target)
@@ -314,7 +261,7 @@ class IkGroups(Part):
             raise NothingMovesError(f"the group '{group.name}' has no element whose tip has a target")
         takes_part = is_in_ik_mode(self._sim) if only is None else frozenset(only).__contains__
         joints, arms = make_arms(self._sim, elements, takes_part, balls=balls)
-        joints = _as_asked(group, joints)
+        joints = as_asked(group, joints)
         for number, handle in enumerate(joints.handles):
             joints.weights[number] *= weights.get(handle, 1.0)
         self.scratch.load()
@@ -389,51 +336,7 @@ class IkGroups(Part):
         return list(self.all().values())
 
     def _read(self, name: str, note: Annotation) -> Group:
-        return Group(
-            name,
-            self._read_elements(note),
-            _read_calculation(note),
-            explicit=note.get("handling", "auto") == "explicit",
-            enabled=bool(note.get("enabled", True)),
-            restore=frozenset(filter(None, str(note.get("restore", "")).split(","))),
-            after=str(note.get("after", "")),
-            ignores_steps=bool(note.get("ignores_steps", False)),
-            margins=_read_pair(str(note.get("margins", "0,0"))),
-        )
-
-    def _read_elements(self, note: Annotation) -> list[Element]:
-        named = self._collections.named
-        if "tip" not in note:
-            return []
-        tips = str(note["tip"]).split(";")
-
-        def values(key: str, default: str) -> list[str]:
-            words = str(note.get(key, default)).split(";")
-            return words if len(words) > 1 else words * len(tips)
-
-        return [
-            Element(
-                named(tip),
-                -1 if target == WORLD else named(target),
-                -1 if base == WORLD else named(base),
-                _read_constraints(constraints),
-                _read_pair(precision),
-                _read_pair(weights),
-                -1 if axes == WORLD else named(axes),
-                active in _ON,
-            )
-            for tip, target, base, constraints, precision, weights, axes, active in zip(
-                tips,
-                values("target", ""),
-                values("base", WORLD),
-                values("constraints", "pose"),
-                values("precision", _PRECISION),
-                values("weights", "1,1"),
-                values("axes", WORLD),
-                values("active", "yes"),
-                strict=True,
-            )
-        ]
+        return read_group(name, note, self._collections.named)
 
     def _is_alive(self, group: Group) -> bool:
         """Return whether its tips, targets and bases still exist; the group is removed with them."""
@@ -462,48 +365,3 @@ class IkGroups(Part):
         self._at_start = []
         self._made, self._removed, self._left = self._before_run
         self._seed = self._seed_before_run
-
-
-def _as_asked(group: Group, joints: Joints) -> Joints:
-    """Return the joints with the steps and the limits that a group asks for."""
-    if group.ignores_steps:
-        joints = replace(joints, max_step=np.full(len(joints.max_step), math.inf))
-    if any(group.margins):
-        slide, hinge = group.margins
-        margins = np.where(joints.is_hinge, hinge, slide)
-        margins = np.minimum(margins, (joints.high - joints.low) / 2)
-        joints = replace(joints, low=joints.low + margins, high=joints.high - margins)
-    return joints
-
-
-def must_stay(elements: Sequence[Element], restore: Collection[str], solution: Solution) -> bool:
-    """Return whether the joints keep their positions, since the tips do not reach what they must reach.
-
-    Args:
-        elements: those of the group.
-        restore: what must be reached, of position and orientation.
-        solution: the result of the group.
-    """
-    linear = max(element.precision[0] for element in elements)
-    angular = max(element.precision[1] for element in elements)
-    misses = {"position": solution.distance > linear, "orientation": solution.angle > angular}
-    return solution.result != Result.SUCCESS and any(misses[part] for part in restore)
-
-
-def _read_calculation(note: Annotation) -> Calculation:
-    damping = float(note.get("damping", _DEFAULT.damping))
-    usual = "damped" if damping > 0 else "pseudo_inverse"
-    method = METHODS[str(note.get("method", usual))]
-    return Calculation(method, damping, int(note.get("iterations", _DEFAULT.iterations)))
-
-
-def _read_constraints(words: str) -> Constraint:
-    wanted = Constraint(0)
-    for word in words.split(","):
-        wanted |= CONSTRAINTS[word]
-    return wanted
-
-
-def _read_pair(words: str) -> tuple[float, float]:
-    first, second = words.split(",")
-    return float(first), float(second)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simx_server.errors import CommandError
-from simx_server.kinematics.groups import Group
+from simx_server.kinematics.group import Group
 from simx_server.kinematics.sampling import LONGEST
 from simx_server.kinematics.scratch import Array
 from simx_server.kinematics.search import MOST_STATES, find_configs, straight_path
