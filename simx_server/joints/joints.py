@@ -14,7 +14,6 @@ from simx_server.scene.poses.poses import Pose, Quaternion
 from . import profiles
 from .intrinsic import intrinsic_pose, quat_of_matrix, spherical_pose, spherical_value
 from .machine import Machine
-from .parameters import reader, writer
 from .servo import UNDRIVEN, Rule, rule_of, write_force_limit
 from .state import Binding, JointMode, JointState, Request
 
@@ -49,7 +48,7 @@ class Joints(Machine):
             CommandError: the joint is a tendon joint in force mode.
         """
         binding, state = self._single(handle)
-        value = _finite(value, "a joint position")
+        value = finite(value, "a joint position")
         self._end_motion(handle)
         cyclic, least, extent = self.interval(handle)
         value = _wrapped(value) if cyclic else min(max(value, least), least + extent)
@@ -92,7 +91,7 @@ class Joints(Machine):
             CommandError: the joint is neither in force mode nor in hybrid operation, and has no such acceleration.
         """
         binding, state = self._single(handle)
-        value = _finite(value, "a target position")
+        value = finite(value, "a target position")
         if self._is_served(handle):
             state.target_position = value
             self.request(handle, Request(value))
@@ -128,7 +127,7 @@ class Joints(Machine):
         that. At 0 with the lock on, the present position is held.
         """
         binding, state = self._single(handle)
-        value = _finite(value, "a target velocity")
+        value = finite(value, "a target velocity")
         if self._is_served(handle):
             state.target_velocity = value
             self.request(handle, Request(None, value))
@@ -166,7 +165,7 @@ class Joints(Machine):
     def set_max_force(self, handle: int, value: float) -> None:
         """Set the maximum force; a negative number counts as its magnitude."""
         binding, state = self._single(handle)
-        state.max_force = abs(_finite(value, "a maximum force"))
+        state.max_force = abs(finite(value, "a maximum force"))
         write_force_limit(binding, state, rule_of(binding, state), self._sim.model)
 
     def target_force(self, handle: int) -> float:
@@ -247,8 +246,8 @@ class Joints(Machine):
     def set_interval(self, handle: int, cyclic: bool, minimum: float, extent: float) -> None:
         """Set the limits of a hinge, slide or tendon joint; a range below 0 counts as none."""
         binding, state = self._single(handle)
-        low = _finite(minimum, "an interval's minimum") - state.offset
-        high = low + max(0.0, _finite(extent, "an interval's range"))
+        low = finite(minimum, "an interval's minimum") - state.offset
+        high = low + max(0.0, finite(extent, "an interval's range"))
         state.cyclic = bool(cyclic) and binding.kind == "hinge"
         model = self._sim.model
         limited, ranges = (
@@ -323,23 +322,6 @@ class Joints(Machine):
         self._place(handle, turn)
         if rule_of(binding, state) == Rule.KINEMATIC:
             self._rebuild()
-
-    def get_parameter(self, handle: int, parameter: int) -> float | int:
-        """Return `sim_jointintparam_*` or `sim_jointfloatparam_*` by number.
-
-        Raises:
-            CommandError: the parameter is unknown; the text lists the known ones.
-        """
-        return reader(parameter)(self, handle)
-
-    def set_parameter(self, handle: int, parameter: int, value: float) -> None:
-        """Set a parameter by number.
-
-        Raises:
-            CommandError: the parameter cannot be set; the text lists those that can.
-        """
-        name, write = writer(parameter)
-        write(self, handle, _finite(value, name))
 
     def state(self, handle: int) -> JointState:
         """Return the settings of a joint that has a single value; change them through `change` only."""
@@ -440,7 +422,8 @@ class Joints(Machine):
             self._apply(handle)
 
 
-def _finite(value: float, what: str) -> float:
+def finite(value: float, what: str) -> float:
+    """Return a number that must be finite. Raises CommandError."""
     number = float(value)
     if not math.isfinite(number):
         raise CommandError(f"{what} must be a finite number, not {number}")

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from simx_server.constant_tables import number_of
 from simx_server.errors import CommandError
 from simx_server.scene.poses.frames import euler_from_quat, xyzw_from_wxyz
 from simx_server.scene.poses.poses import normalised, rotation_vector
 
-if TYPE_CHECKING:
-    from .joints import Joints
+from .joints import Joints, finite
 
 Reader = Callable[["Joints", int], float | int]
 Writer = Callable[["Joints", int, float], None]
@@ -177,20 +175,28 @@ PARAMETERS: Mapping[int, JointParameter] = MappingProxyType(
 """All of them by number."""
 
 
-def reader(number: int) -> Reader:
-    """Return how a parameter is read. Raises CommandError that lists those that can be."""
+def get_parameter(joints: Joints, handle: int, number: int) -> float | int:
+    """Return `sim_jointintparam_*` or `sim_jointfloatparam_*` by number.
+
+    Raises:
+        CommandError: the parameter is unknown; the text lists the known ones.
+    """
     _, read, _ = PARAMETERS.get(number, _UNKNOWN)
     if read is None:
         raise CommandError(f"joint parameter {number} is not known; known: {_list(1)}")
-    return read
+    return read(joints, handle)
 
 
-def writer(number: int) -> tuple[str, Writer]:
-    """Return the name of a parameter and how it is set. Raises CommandError that lists those that can be."""
+def set_parameter(joints: Joints, handle: int, number: int, value: float) -> None:
+    """Set a parameter by number.
+
+    Raises:
+        CommandError: the parameter cannot be set; the text lists those that can.
+    """
     name, _, write = PARAMETERS.get(number, _UNKNOWN)
     if write is None:
         raise CommandError(f"joint parameter {number} cannot be set; those that can: {_list(2)}")
-    return _short(name), write
+    write(joints, handle, finite(value, _short(name)))
 
 
 _UNKNOWN: JointParameter = ("", None, None)

@@ -40,7 +40,7 @@ from simx_server.errors import CommandError
 from simx_server.handlers import saving
 from simx_server.history import History
 from simx_server.history.going_on import go_on
-from simx_server.joints.parameters import CONTROL_MODE
+from simx_server.joints.parameters import CONTROL_MODE, get_parameter
 from simx_server.parts.add_ons import Functions, Results
 from simx_server.parts.drawing import LINES, SPHERES
 from simx_server.scene.editing.model_state import get_state
@@ -317,7 +317,7 @@ class Feed(Part):
                 "target": None if is_ball else joints.target_position(handle),
                 "mode": int(joints.mode(handle)),
                 "moved_by": joints.rule(handle).name,
-                "control": -1 if is_ball else int(joints.get_parameter(handle, CONTROL_MODE)),
+                "control": -1 if is_ball else int(get_parameter(joints, handle, CONTROL_MODE)),
                 "target_velocity": 0.0 if is_ball else joints.target_velocity(handle),
                 "cyclic": cyclic,
                 "minimum": minimum,

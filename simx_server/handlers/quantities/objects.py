@@ -15,7 +15,7 @@ import mujoco
 
 from simx_server.errors import CommandError
 from simx_server.handlers.objects import bounding_box
-from simx_server.joints.parameters import PARAMETERS, JointParameter
+from simx_server.joints.parameters import PARAMETERS, JointParameter, get_parameter, set_parameter
 from simx_server.parts.paths.paths import Follower
 from simx_server.scene.editing import editing
 from simx_server.scene.objects import ObjectKind
@@ -85,8 +85,9 @@ def _of_joint(number: int, parameter: JointParameter) -> Quantity:
     name, read, write = parameter
     return quantity(
         name,
-        read and (lambda world, handle: world.simulation.joints.get_parameter(handle, number)),
-        write and (lambda world, handle, value: world.simulation.joints.set_parameter(handle, number, value)),
+        read and (lambda world, handle: get_parameter(world.simulation.joints, handle, number)),
+        write
+        and (lambda world, handle, value: set_parameter(world.simulation.joints, handle, number, value)),
     )
 
 

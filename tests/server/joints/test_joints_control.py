@@ -8,6 +8,7 @@ import pytest
 from scenes_for_tests import run, slider, world_of
 
 from simx_server.errors import CommandError
+from simx_server.joints.parameters import get_parameter, set_parameter
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.simulation.simulation import Simulation
 
@@ -44,13 +45,13 @@ def test_spring_constants_change_while_it_carries_and_come_back_at_stop() -> Non
     world = slider(actuator=VELOCITY, note="control=spring K=100 C=30")
     sim = world.simulation
     run(world, 1)
-    sim.joints.set_parameter(rail(sim), 2018, 200)
-    sim.joints.set_parameter(rail(sim), 2019, 40)
+    set_parameter(sim.joints, rail(sim), 2018, 200)
+    set_parameter(sim.joints, rail(sim), 2019, 40)
     for _ in range(60):
         world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(-0.05, rel=1e-3)
     sim.stop()
-    assert [sim.joints.get_parameter(rail(sim), number) for number in (2018, 2019)] == [100, 30]
+    assert [get_parameter(sim.joints, rail(sim), number) for number in (2018, 2019)] == [100, 30]
 
 
 def test_spring_does_not_exceed_the_maximum_force() -> None:
@@ -111,16 +112,16 @@ def test_spring_of_a_cyclic_joint_pulls_the_short_way_round() -> None:
 def test_a_files_position_actuator_is_a_spring_with_its_gains() -> None:
     world = slider(actuator='<position joint="rail" kp="8" kv="3" gear="5"/>', gravity="0 0 0")
     sim = world.simulation
-    assert sim.joints.get_parameter(rail(sim), 2039) == 12
-    assert sim.joints.get_parameter(rail(sim), 2018) == 8 * 25
-    assert sim.joints.get_parameter(rail(sim), 2019) == 3 * 25
+    assert get_parameter(sim.joints, rail(sim), 2039) == 12
+    assert get_parameter(sim.joints, rail(sim), 2018) == 8 * 25
+    assert get_parameter(sim.joints, rail(sim), 2019) == 3 * 25
     gain, bias = sim.model.actuator_gainprm.copy(), sim.model.actuator_biasprm.copy()
     sim.joints.set_target_velocity(rail(sim), 0.1)
     assert not (sim.model.actuator_biasprm == bias).all()
     sim.joints.set_target_position(rail(sim), 0.1)
     assert (sim.model.actuator_gainprm == gain).all()
     assert (sim.model.actuator_biasprm == bias).all()
-    sim.joints.set_parameter(rail(sim), 2018, 100)
+    set_parameter(sim.joints, rail(sim), 2018, 100)
     assert sim.model.actuator_gainprm[0, 0] == 4
 
 
@@ -128,11 +129,11 @@ def test_control_mode_is_one_number_for_motor_loop_and_spring() -> None:
     world = slider(actuator=VELOCITY, note="control=position")
     sim = world.simulation
     for mode, switches in ((0, (0, 1)), (4, (1, 0)), (12, (1, 1)), (8, (1, 1))):
-        sim.joints.set_parameter(rail(sim), 2039, mode)
-        assert sim.joints.get_parameter(rail(sim), 2039) == mode
-        assert [sim.joints.get_parameter(rail(sim), number) for number in (2000, 2001)] == list(switches)
+        set_parameter(sim.joints, rail(sim), 2039, mode)
+        assert get_parameter(sim.joints, rail(sim), 2039) == mode
+        assert [get_parameter(sim.joints, rail(sim), number) for number in (2000, 2001)] == list(switches)
     with pytest.raises(CommandError, match="4 velocity, 8 position, 12 spring"):
-        sim.joints.set_parameter(rail(sim), 2039, 5)
+        set_parameter(sim.joints, rail(sim), 2039, 5)
 
 
 @pytest.mark.parametrize(("direction", "expected"), [(1, -7), (-1, 7)])
@@ -173,7 +174,7 @@ def test_joint_velocity_is_the_difference_of_two_steps() -> None:
     for _ in range(3):
         world.step()
         places.append(sim.joints.position(rail(sim)))
-        measured = sim.joints.get_parameter(rail(sim), 2012)
+        measured = get_parameter(sim.joints, rail(sim), 2012)
         assert measured == pytest.approx((places[-1] - places[-2]) / 0.05)
         assert abs(measured) < abs(sim.data.qvel[0])
     sim.stop()
@@ -256,4 +257,4 @@ def test_tendon_outside_force_mode_is_driven_to_where_it_is_set() -> None:
     assert sim.joints.position(line) == pytest.approx(0.7, abs=1e-3)
     assert sim.joints.velocity(line) == pytest.approx(0, abs=1e-2)
     with pytest.raises(CommandError, match="holds no parts together"):
-        sim.joints.get_parameter(line, 2022)
+        get_parameter(sim.joints, line, 2022)

@@ -9,6 +9,7 @@ import pytest
 from scenes_for_tests import run, world_of
 
 from simx_server.errors import CommandError
+from simx_server.joints.parameters import get_parameter, set_parameter
 from simx_server.scene.editing import editing
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.simulation.simulation import Simulation
@@ -105,20 +106,20 @@ def test_dependency_is_read_and_changed_by_number_and_comes_back_at_stop() -> No
     world = scene(a="mode=passive", b=B_FOLLOWS, c="mode=passive")
     sim = world.simulation
     a, b, c = (sim.scene.resolve(name) for name in "abc")
-    assert [sim.joints.get_parameter(b, n) for n in (2031, 2032, 2033)] == [a, -2, 0.1]
+    assert [get_parameter(sim.joints, b, n) for n in (2031, 2032, 2033)] == [a, -2, 0.1]
     put(sim, "a", 0.2)
     put(sim, "c", 0.7)
     sim.start()
-    sim.joints.set_parameter(b, 2032, 3)
+    set_parameter(sim.joints, b, 2032, 3)
     assert at(sim, "b") == pytest.approx(0.7)
-    sim.joints.set_parameter(b, 2033, 0)
+    set_parameter(sim.joints, b, 2033, 0)
     assert at(sim, "b") == pytest.approx(0.6)
-    sim.joints.set_parameter(b, 2031, c)
+    set_parameter(sim.joints, b, 2031, c)
     assert at(sim, "b") == pytest.approx(2.1)
     for _ in range(3):
         world.step()
     assert at(sim, "b") == pytest.approx(2.1)
-    sim.joints.set_parameter(b, 2031, -1)
+    set_parameter(sim.joints, b, 2031, -1)
     put(sim, "b", 0.05)
     world.step()
     assert at(sim, "b") == pytest.approx(0.05)
@@ -133,10 +134,10 @@ def test_circles_and_other_modes_are_refused() -> None:
     sim = world.simulation
     a, b, c = (sim.scene.resolve(name) for name in "abc")
     with pytest.raises(CommandError, match="cannot follow a joint that follows 'a' itself"):
-        sim.joints.set_parameter(a, 2031, b)
+        set_parameter(sim.joints, a, 2031, b)
     with pytest.raises(CommandError, match="annotated mode=dependent"):
-        sim.joints.set_parameter(c, 2032, 1)
-    assert sim.joints.get_parameter(c, 2031) == -1
+        set_parameter(sim.joints, c, 2032, 1)
+    assert get_parameter(sim.joints, c, 2031) == -1
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from scenes_for_tests import arm, run, slider, world_of
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.joints import JointMode
+from simx_server.joints.parameters import get_parameter, set_parameter
 from simx_server.simulation.simulation import Simulation
 
 VELOCITY = '<velocity joint="rail" kv="200"/>'
@@ -143,12 +144,12 @@ def test_motor_off_lets_the_joint_fall_and_on_again_compensates_gravity_again() 
     sim.start()
     world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(0, abs=1e-9)
-    sim.joints.set_parameter(rail(sim), 2000, 0)
+    set_parameter(sim.joints, rail(sim), 2000, 0)
     for _ in range(4):
         world.step()
     assert sim.joints.position(rail(sim)) == pytest.approx(-0.5 * 10 * 0.2**2, rel=0.02)
     assert sim.joints.force(rail(sim)) == 0
-    sim.joints.set_parameter(rail(sim), 2000, 1)
+    set_parameter(sim.joints, rail(sim), 2000, 1)
     world.step()
     assert sim.data.qvel[0] == pytest.approx(0, abs=1e-3)
 
@@ -307,14 +308,14 @@ def test_parameters_are_read_and_written_by_number() -> None:
         (2030, 1),
         (2000, 0),
     ):
-        sim.joints.set_parameter(rail(sim), number, value)
-        assert sim.joints.get_parameter(rail(sim), number) == value
+        set_parameter(sim.joints, rail(sim), number, value)
+        assert get_parameter(sim.joints, rail(sim), number) == value
     with pytest.raises(CommandError, match="2002 pid_p"):
-        sim.joints.set_parameter(rail(sim), 2012, 1)
+        set_parameter(sim.joints, rail(sim), 2012, 1)
     with pytest.raises(CommandError, match="2012 velocity"):
-        sim.joints.get_parameter(rail(sim), 99)
+        get_parameter(sim.joints, rail(sim), 99)
     with pytest.raises(CommandError, match="below 0"):
-        sim.joints.set_parameter(rail(sim), 2002, -1)
+        set_parameter(sim.joints, rail(sim), 2002, -1)
 
 
 def test_tendon_with_a_servo_is_a_prismatic_joint() -> None:
@@ -395,10 +396,10 @@ def test_force_control_always_acts_with_the_maximum_force() -> None:
     run(world, 10)
     assert sim.joints.velocity(rail(sim)) == pytest.approx(-3 / mass * 0.475, rel=0.02)
     assert sim.joints.force(rail(sim)) == pytest.approx(3)
-    sim.joints.set_parameter(rail(sim), 2039, 4)
+    set_parameter(sim.joints, rail(sim), 2039, 4)
     run(world, 20)
     assert sim.joints.velocity(rail(sim)) == pytest.approx(0.0, abs=1e-3)
-    sim.joints.set_parameter(rail(sim), 2039, 1)
+    set_parameter(sim.joints, rail(sim), 2039, 1)
     run(world, 2)
-    assert sim.joints.get_parameter(rail(sim), 2039) == 1
+    assert get_parameter(sim.joints, rail(sim), 2039) == 1
     assert sim.joints.velocity(rail(sim)) < -0.01, "its force keeps its direction"

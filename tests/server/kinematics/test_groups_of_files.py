@@ -8,7 +8,7 @@ import pytest
 from handler_calls import World
 
 from simx_server.kinematics import Result
-from simx_server.kinematics.groups import Group
+from simx_server.kinematics.group import Group
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.poses.frames import get_pose, get_position, set_position
 from simx_server.scene.poses.poses import conjugate, multiply, rotation_vector

@@ -12,6 +12,7 @@ from observing import observe
 from scenes_for_tests import ARM, arm, run, world_of
 
 from simx_server.errors import CommandError
+from simx_server.joints.parameters import set_parameter
 from simx_server.parts.communication.signals import Signals
 from simx_server.scene.editing import editing
 from simx_server.scene.editing.model_state import editable_arrays, get_state
@@ -47,7 +48,7 @@ def lively_run(world: World) -> list[object]:
     for _ in range(5):
         world.step()
         read += [sim.joints.force(resolve("elbow")), world.velocities.measure(resolve("tip"))]
-    sim.joints.set_parameter(resolve("elbow"), 2000, 0)
+    set_parameter(sim.joints, resolve("elbow"), 2000, 0)
     sim.model.opt.gravity[2] = -3
     editing.set_parent(sim, resolve("wall"), resolve("lower"), True)
     world.step()
