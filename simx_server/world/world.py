@@ -37,7 +37,7 @@ from simx_server.parts.selection import Selection
 from simx_server.parts.shape_colors import ShapeColors
 from simx_server.parts.status_bar import StatusBar
 from simx_server.parts.textures.textures import Textures
-from simx_server.parts.user_interface import UserInterface
+from simx_server.parts.user_interface.interface import UserInterface
 from simx_server.parts.written_files import WrittenFiles
 from simx_server.scene.collection import Collections
 from simx_server.scene.formats.kept_models import KeptModels

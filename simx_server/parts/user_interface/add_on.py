@@ -33,9 +33,9 @@ from simx_server.errors import CommandError
 from simx_server.parts.add_ons import Functions, Results
 
 if TYPE_CHECKING:
-    from . import UserInterface
+    from .interface import UserInterface
 
-NAME = "simxUserInterface"
+ADD_ON_NAME = "simxUserInterface"
 
 
 class UserInterfaceAddOn:
@@ -44,7 +44,7 @@ class UserInterfaceAddOn:
     def __init__(self, interface: UserInterface) -> None:
         dialogs, uis, windows = interface.dialogs, interface.custom_uis, interface.windows
         self._functions = Functions[Callable[[list[int], list[str]], str | None]](
-            NAME,
+            ADD_ON_NAME,
             {
                 "describe": (0, 0, lambda _, __: json.dumps(interface.describe())),
                 "answerDialog": (2, 0, lambda ints, texts: dialogs.answer(ints[0], ints[1], *texts[:1])),
@@ -79,7 +79,7 @@ def _with_text(
 
     def act(ints: list[int], strings: list[str]) -> None:
         if not strings:
-            raise CommandError(f"{function} of the add-on {NAME} needs the {what} as its first string")
+            raise CommandError(f"{function} of the add-on {ADD_ON_NAME} needs the {what} as its first string")
         of(ints[0])(ints[1], strings[0])
 
     return act

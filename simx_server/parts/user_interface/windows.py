@@ -1,7 +1,7 @@
 """The one model of all that programs show with widgets, and what the web viewer receives of it.
 
 Three APIs translate into it: V-REP's OpenGL UIs with their bits (`custom_uis.py`), dialogs, which are such UIs
-(`dialogs.py`), and windows made from XML (`xml_windows.py`).
+(`dialogs.py`), and windows made from XML (`xml_windows/`).
 """
 
 from __future__ import annotations

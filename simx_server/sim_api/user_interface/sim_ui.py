@@ -1,12 +1,12 @@
-"""``simUI``: windows that scripts make from XML. `parts/user_interface/xml_reading.py` explains them."""
+"""``simUI``: windows that scripts make from XML. `parts/user_interface/xml_windows/reading.py` explains them."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from simx_server.parts.user_interface.widgets import MAX_TEXT, SHOWN, Widget
-from simx_server.parts.user_interface.xml_reading import read_window
-from simx_server.parts.user_interface.xml_windows import XmlWindow
+from simx_server.parts.user_interface.xml_windows.reading import read_window
+from simx_server.parts.user_interface.xml_windows.windows import XmlWindow
 from simx_server.scripting.interpreter import ScriptError
 from simx_server.scripting.targets import split_target
 from simx_server.sim_api.base import ApiPart

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from simx_server.errors import CommandError
 from simx_server.files.image_files import SUFFIXES
 from simx_server.parts.user_interface.widgets import MAX_TEXT, Widget
-from simx_server.parts.user_interface.xml_windows import XmlWindow
+from simx_server.parts.user_interface.xml_windows.windows import XmlWindow
 from simx_server.scripting.interpreter import Constant
 
 from .sim_ui import UiPart

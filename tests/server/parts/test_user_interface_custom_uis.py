@@ -13,7 +13,7 @@ from real_world import BLOCKING, RealWorld
 import simx_client as v
 from simx_server.errors import CommandError
 from simx_server.limits import Limits
-from simx_server.parts.user_interface import ADD_ON_NAME
+from simx_server.parts.user_interface.add_on import ADD_ON_NAME
 from simx_server.parts.user_interface.custom_ui_files import UIFileError, read_ui_file
 
 pytestmark = pytest.mark.slow

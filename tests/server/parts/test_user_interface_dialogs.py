@@ -10,7 +10,7 @@ from handler_calls import World
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.limits import Limits
-from simx_server.parts.user_interface import ADD_ON_NAME
+from simx_server.parts.user_interface.add_on import ADD_ON_NAME
 from simx_server.parts.user_interface.dialogs import FIRST_BUTTON_ID, INPUT_ID
 
 pytestmark = pytest.mark.slow

@@ -7,14 +7,14 @@ from typing import Any
 import pytest
 
 from simx_server.errors import CommandError
-from simx_server.parts.user_interface.xml_reading import (
+from simx_server.parts.user_interface.xml_windows.reading import (
     FIRST_ID,
     MAX_DEPTH,
     MAX_WIDGETS,
     MAX_XML,
     read_window,
 )
-from simx_server.parts.user_interface.xml_windows import XmlWindow, XmlWindows
+from simx_server.parts.user_interface.xml_windows.windows import XmlWindow, XmlWindows
 from simx_server.simulation.simulation import Simulation
 
 pytestmark = pytest.mark.slow

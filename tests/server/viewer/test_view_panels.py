@@ -22,7 +22,7 @@ import simx_client as v
 from simx_server.parts.user_interface.contents.plot import Curve, Plot
 from simx_server.parts.user_interface.contents.tree import Item
 from simx_server.parts.user_interface.labels import plain_label
-from simx_server.parts.user_interface.xml_reading import read_window
+from simx_server.parts.user_interface.xml_windows.reading import read_window
 from simx_server.viewer.page.link import Hands
 from simx_server.viewer.page.panels.clients import Clients
 from simx_server.viewer.page.panels.elements import HELD, Latest

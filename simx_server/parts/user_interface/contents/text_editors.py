@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 
 from simx_server.errors import CommandError
 
-from ..well_formed import well_formed
 from ..widgets import MAX_TEXT, Widget
-from ..xml_reading import MAX_XML, switch, two_numbers
-from ..xml_windows import XmlWindow
+from ..xml_windows.reading import MAX_XML, switch, two_numbers
+from ..xml_windows.well_formed import well_formed
+from ..xml_windows.windows import XmlWindow
 
 TEXT_ID = 1
 """Id of the text."""

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 from simx_server.errors import CommandError
 from simx_server.parts.user_interface.widgets import MAX_TEXT
-from simx_server.parts.user_interface.xml_reading import read_window
+from simx_server.parts.user_interface.xml_windows.reading import read_window
 from simx_server.scripting.interpreter import Function
 from simx_server.sim_api.object_model import targets
 from simx_server.sim_api.object_model.classes import is_class

@@ -11,7 +11,7 @@ from typing import Any
 
 import viser
 
-from simx_server.parts.user_interface import CUSTOM, XML
+from simx_server.parts.user_interface.interface import CUSTOM, XML
 from simx_server.viewer.messages import Look, Survey
 from simx_server.viewer.page.link import Hands
 

@@ -15,7 +15,8 @@ import viser
 
 from simx_client import Client
 from simx_server.parts.add_ons import ADD_ON_TYPE
-from simx_server.parts.user_interface import ADD_ON_NAME, CUSTOM
+from simx_server.parts.user_interface.add_on import ADD_ON_NAME
+from simx_server.parts.user_interface.interface import CUSTOM
 from simx_server.viewer.page.link import Hands
 
 from .elements import Latest, put

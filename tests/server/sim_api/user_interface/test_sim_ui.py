@@ -11,7 +11,7 @@ import pytest
 from scripted_world import said, scripted
 from sim_api_calls import ScriptWorld, world
 
-from simx_server.parts.user_interface import ADD_ON_NAME
+from simx_server.parts.user_interface.add_on import ADD_ON_NAME
 from simx_server.parts.user_interface.contents.plot import Curve, Plot
 
 __all__ = ["world"]

@@ -20,9 +20,9 @@ from xml.etree import ElementTree
 
 from simx_server.errors import CommandError
 
+from ..widgets import CONTAINERS, KEPT, MAX_ITEMS, MAX_TEXT, Widget
 from .well_formed import well_formed
-from .widgets import CONTAINERS, KEPT, MAX_ITEMS, MAX_TEXT, Widget
-from .xml_windows import XmlWindow
+from .windows import XmlWindow
 
 MAX_XML = 200_000
 """Most characters of a window's text."""

@@ -9,9 +9,9 @@ from typing import Any
 
 from simx_server.errors import CommandError
 
-from .registry import Registry
-from .widgets import CHECKED, MAX_TEXT, Widget
-from .windows import Window
+from ..registry import Registry
+from ..widgets import CHECKED, MAX_TEXT, Widget
+from ..windows import Window
 
 Fire = Callable[[str, tuple[Any, ...]], None]
 """Calls a function of the script by its name, with these values."""
