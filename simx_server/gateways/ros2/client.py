@@ -19,7 +19,7 @@ from simx_server.service.answers.link import Link
 from simx_server.service.calls.work import CallsWork
 from simx_server.service.monitoring.report import health
 
-from .endpoints import Call
+from .table_call import Call
 
 if TYPE_CHECKING:
     from simx_server.service.service import Service

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from simx_server.simulation.part import Part
 
+from .table_call import Call
 from .wire.names import Distribution, Place
 from .wire.qos import Qos
 
@@ -38,15 +39,6 @@ if TYPE_CHECKING:
 
 Message = Mapping[str, Any]
 """A message, nested as its type; sequences may be numpy arrays and bytes."""
-
-
-class Call(NamedTuple):
-    """A call of the remote API's table."""
-
-    command: str
-    """Such as ``simxSetJointTargetPosition``."""
-
-    arguments: list[Any]
 
 
 class Moment(NamedTuple):

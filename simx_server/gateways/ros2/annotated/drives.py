@@ -21,7 +21,8 @@ from simx_server.scene.poses.placing import object_pose
 from simx_server.scene.poses.poses import Pose, compose, conjugate, inverse, rotate
 
 from ..content.joint_commands import LARGEST
-from ..endpoints import Call, Commanded, Content, Context, Followed, Moment, Offer
+from ..endpoints import Commanded, Content, Context, Followed, Moment, Offer
+from ..table_call import Call
 from ..wire.qos import Qos
 from . import steering
 from .notes import DRIVE_TOPICS, Names, annotated, topic_of, turn_of

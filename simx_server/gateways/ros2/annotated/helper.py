@@ -12,7 +12,8 @@ from typing import Any
 from simx_server.simulation.simulation import SimulationState
 
 from ..content.run import PAUSE, START, STOP
-from ..endpoints import Call, Commanded, Content, Context, Message, Moment, Offer, Published
+from ..endpoints import Commanded, Content, Context, Message, Moment, Offer, Published
+from ..table_call import Call
 
 BOOL, INT, FLOAT = (f"std_msgs/msg/{name}" for name in ("Bool", "Int32", "Float32"))
 

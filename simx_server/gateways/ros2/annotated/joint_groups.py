@@ -20,7 +20,8 @@ from simx_server.scene.objects import ObjectKind, Scene, SceneObject
 
 from ..content.joint_commands import QOS, joint_calls
 from ..content.joint_states import joint_message
-from ..endpoints import Call, Commanded, Content, Context, Message, Moment, Offer, Published
+from ..endpoints import Commanded, Content, Context, Message, Moment, Offer, Published
+from ..table_call import Call
 from .notes import Names, annotated, joints_below, period_of
 
 logger = logging.getLogger(__name__)

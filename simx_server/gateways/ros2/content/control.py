@@ -12,8 +12,9 @@ from simx_server.errors import CommandError
 from simx_server.sensors.vision.futures import then
 from simx_server.simulation.simulation import SimulationState
 
-from ..endpoints import Call, Content, Context, Message, Offer, Served
+from ..endpoints import Content, Context, Message, Offer, Served
 from ..standard.results import INCORRECT_STATE, OK, UNSUPPORTED, failed, result
+from ..table_call import Call
 from .run import WrongState
 
 TRIGGER = "std_srvs/srv/Trigger"

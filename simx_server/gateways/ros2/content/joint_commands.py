@@ -15,7 +15,8 @@ from simx_server.joints.state import JointMode
 from simx_server.scene.objects import ObjectKind
 
 from ..annotated.notes import Names
-from ..endpoints import Call, Commanded, Content, Context, Offer
+from ..endpoints import Commanded, Content, Context, Offer
+from ..table_call import Call
 from ..wire.qos import Qos
 
 TYPE = "sensor_msgs/msg/JointState"

@@ -15,7 +15,8 @@ from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import CommandError
 from simx_server.simulation.simulation import SimulationState
 
-from ..endpoints import Call, Content, Context, Message, Moment, Offer, Sender, Sent, Served
+from ..endpoints import Content, Context, Message, Moment, Offer, Sender, Sent, Served
+from ..table_call import Call
 from ..wire.qos import EVENTS
 
 NOT_SET, BOOL, INTEGER, DOUBLE, STRING = range(5)

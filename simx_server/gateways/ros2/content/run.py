@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from simx_server.errors import CommandError
 from simx_server.simulation.simulation import SimulationState
 
-from ..endpoints import Call
+from ..table_call import Call
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation

@@ -15,7 +15,8 @@ from simx_server.simulation.simulation import Simulation, SimulationState
 
 from ..actions import ABORTED, CANCELED, SUCCEEDED, Goal
 from ..content.joint_commands import LARGEST
-from ..endpoints import Call, Context, Message, Moment
+from ..endpoints import Context, Message, Moment
+from ..table_call import Call
 
 TOLERANCE = 0.001
 """Distance from the goal, m or rad, at which it is reached, unless a joint moves less in one step."""

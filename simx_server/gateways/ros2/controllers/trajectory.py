@@ -18,7 +18,8 @@ from simx_server.simulation.simulation import Simulation, SimulationState
 from ..actions import ABORTED, CANCELED, SUCCEEDED, Goal
 from ..annotated.joint_groups import Group
 from ..content.joint_commands import joint_calls
-from ..endpoints import Call, Context, Message, Moment
+from ..endpoints import Context, Message, Moment
+from ..table_call import Call
 from .paths import Array, Path, Sample, read_path
 
 SUCCESSFUL, INVALID_GOAL, INVALID_JOINTS, OLD_STAMP, PATH_VIOLATED, GOAL_VIOLATED = 0, -1, -2, -3, -4, -5

@@ -14,7 +14,7 @@ from simx_server.files.library import list_models, list_scenes
 from simx_server.scene.finding.scene_files import SceneFiles
 from simx_server.scene.finding.scene_search import find_for_client
 
-from ..endpoints import Call
+from ..table_call import Call
 from .results import NOT_FOUND, Refused
 
 SPAWN_FORMATS = ("mjcf", "urdf", "ttm", "ttt", "stl", "obj")

@@ -13,7 +13,8 @@ from simx_server.errors import CommandError
 from simx_server.scene.objects import SceneObject
 from simx_server.simulation.simulation import SimulationState
 
-from ..endpoints import Call, Context, Message
+from ..endpoints import Context, Message
+from ..table_call import Call
 from ..wire.names import is_name
 from .entities import Entities
 from .filters import EMPTY

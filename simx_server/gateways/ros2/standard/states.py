@@ -18,7 +18,8 @@ from simx_server.simulation.simulation import Simulation, SimulationState
 
 from ..annotated.odometry import quaternion, vector
 from ..content.naming import WORLD, frame_name
-from ..endpoints import Call, Message, Moment
+from ..endpoints import Message, Moment
+from ..table_call import Call
 from .filters import BOX, EMPTY, box_of
 from .results import FAILED, Refused
 

@@ -12,7 +12,8 @@ from simx_server.errors import CommandError
 from simx_server.files.library import shipped_scenes
 from simx_server.simulation.simulation import SimulationState
 
-from ..endpoints import Call, Context, Message
+from ..endpoints import Context, Message
+from ..table_call import Call
 from .filters import has_tags
 from .resources import OF_WORLDS, own_files, read_resource, refusal, unknown_sources
 from .results import FAILED, OK, UNSUPPORTED, Refused, result

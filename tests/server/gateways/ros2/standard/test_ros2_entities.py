@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from ros2_world import SCENE, Peer, Ros2World, ros2_world
 
-from simx_server.gateways.ros2.endpoints import Call
 from simx_server.gateways.ros2.standard import filters, patterns
 from simx_server.gateways.ros2.standard.standard import Standard
+from simx_server.gateways.ros2.table_call import Call
 from simx_server.ros2_messages import BY_NAME, SERVICES
 
 UNSUPPORTED, OK, NOT_FOUND, INCORRECT_STATE, FAILED = range(5)
