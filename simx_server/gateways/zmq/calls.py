@@ -24,7 +24,7 @@ from .listing import namespace
 from .wire import EVAL
 
 if TYPE_CHECKING:
-    from .clients import Client
+    from .client import Client
 
 MOST_TEST_CALLS = 10_000
 """Calls of a function of the client by one sim.testCB."""

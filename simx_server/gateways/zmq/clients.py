@@ -16,13 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 from simx_server.limits import LimitReached
 from simx_server.scripting.interpreter import TIMEOUT
-from simx_server.scripting.script import Script, ScriptKind
 from simx_server.service.answers.link import Link
 from simx_server.service.clients.admission.entrance import Entrance
-from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.watcher import Watcher
-from simx_server.sim_api.namespaces import Namespaces
 
+from .client import Client, OpenConnection
 from .connection import Connection
 from .functions import described
 from .peer import Peer, SocketPeer, with_number
@@ -31,7 +29,6 @@ from .work import MessageWork
 
 if TYPE_CHECKING:
     from simx_server.service.service import Service
-    from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)
 
@@ -48,39 +45,6 @@ Answer = Callable[[Peer, Any], None]
 
 REPEAT: Mapping[str, Any] = {"func": "_*repeat*_", "args": []}
 """Makes a client send its last message again."""
-
-
-class Client:
-    """One client: everything that its connections share."""
-
-    def __init__(self, world: World, key: str, name: str, handle: int) -> None:
-        self.key, self.name, self.world = key, name, world
-        self.script = Script(handle, ScriptKind.CUSTOMIZATION, -1, name, full_results=True)
-        self.namespaces = Namespaces(world, self.script)
-        self.level = 0
-        """How often it has called sim.setStepping(True) more than sim.setStepping(False)."""
-
-        self.locks = 0
-        """How often it has called sim.acquireLock more than sim.releaseLock."""
-
-        self.is_leaving = False
-        """Its last connection has ended; what it has sent is executed still."""
-
-        self.session: ClientSession
-        self.connections: dict[int, Connection] = {}
-        self.acting: Connection | None = None
-        """The connection whose call is being executed."""
-
-    def forget_lost_stepping(self) -> None:
-        """Count from 0 again, if the server has ended the stepped mode."""
-        if self.session.take_lost_stepping():
-            self.level = self.locks = 0
-
-    def set_stepping(self) -> None:
-        """Have the simulation wait for this client, or not, as its level and its locks require."""
-        wanted = self.level > 0 or self.locks > 0
-        if wanted != self.session.is_stepping:
-            self.session.set_stepping(wanted)
 
 
 class _Link(Link):
@@ -119,7 +83,7 @@ class ZmqClients(Watcher):
         self._peers = peers
         self._clients: dict[str, Client] = {}
         self._next_handle = first_handle
-        self._waiting: dict[Connection, None] = {}
+        self._waiting: dict[OpenConnection, None] = {}
         """Connections whose call waits for a simulation step, in the order of their calls."""
 
         self._resting: dict[str, float] = {}
@@ -309,7 +273,7 @@ class ZmqClients(Watcher):
             connection.client.session.allow_steps(False)
             self.service.queue.put_first(connection.client.key, partial(self._go_on, connection))
 
-    def _go_on(self, connection: Connection) -> None:
+    def _go_on(self, connection: OpenConnection) -> None:
         if connection.is_waiting:
             for react in self.service.watchers.call_goes_on:
                 react(connection.client.key, connection.peer.number)

@@ -10,7 +10,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 from simx_server import sim_api as api
@@ -26,7 +26,10 @@ from .results import to_client, with_functions
 from .wire import END, EXECUTED, Request, WireError
 
 if TYPE_CHECKING:
-    from .clients import Client, ZmqClients
+    from simx_server.service.service import Service
+    from simx_server.world.world import World
+
+    from .client import Client
     from .peer import Peer
 
 _Result = TypeVar("_Result")
@@ -57,6 +60,20 @@ ALONE, AMONG_OTHERS = Patience(0.02, 10.0), Patience(0.002, 3.0)
 """While no other client waits for the server, and while others wait for the end of the call."""
 
 
+class Clients(Protocol):
+    """The list of all clients, as their connections use it; `clients.ZmqClients` documents the members."""
+
+    service: Service
+    world: World
+    answer: Callable[[Peer, Any], object]
+
+    def note(self, connection: Connection, payload: bytes) -> None: ...
+    def wait(self, connection: Connection) -> None: ...
+    def pass_on(self, connection: Connection, payload: bytes) -> None: ...
+    def next_message(self, connection: Connection, queue: deque[bytes | None], name: str) -> bytes: ...
+    def has_held_others(self, client: Client, seconds: float) -> None: ...
+
+
 class ClientFunction:
     """A function of the client that it passed to the server; see `interpreter.Function`."""
 
@@ -75,7 +92,7 @@ class ClientFunction:
 class Connection:
     """One connection of a client. Physics thread."""
 
-    def __init__(self, clients: ZmqClients, client: Client, peer: Peer) -> None:
+    def __init__(self, clients: Clients, client: Client, peer: Peer) -> None:
         self.client, self.peer = client, peer
         self._clients = clients
         self._world = clients.world

@@ -16,7 +16,7 @@ from ..zmq.calls import lock_simulation, set_stepping, step, unlock_simulation
 from ..zmq.functions import described
 
 if TYPE_CHECKING:
-    from ..zmq.clients import Client
+    from ..zmq.client import Client
 
 _IN_SCRIPTS = (
     "works only in a script of the scene: a client has its own clock, and its calls end with its answer"

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from simx_server.limits import LimitReached
 from simx_server.service.clients.admission.entrance import Entrance
 
-from ..zmq.clients import Client, ZmqClients
+from ..zmq.client import Client
+from ..zmq.clients import ZmqClients
 from .connection import ModelConnection
 from .work import ModelWork
 

@@ -41,7 +41,8 @@ from .tags import FunctionName, travelling
 if TYPE_CHECKING:
     from simx_server.service.calls.lasting import Results
 
-    from ..zmq.clients import Client, ZmqClients
+    from ..zmq.client import Client
+    from ..zmq.clients import ZmqClients
     from ..zmq.peer import Peer
 
 logger = logging.getLogger(__name__)

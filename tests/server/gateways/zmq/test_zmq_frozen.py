@@ -10,6 +10,7 @@ from zmq_world import ZmqWorld, cbor2
 
 from simx_server.gateways.zmq import connection
 from simx_server.gateways.zmq.clients import LEAST_REST
+from simx_server.gateways.zmq.connection import Connection
 from simx_server.gateways.zmq.gateway import RETRY
 from simx_server.gateways.zmq.zmtp import GREETING, READY, framed
 from simx_server.service.clients.sessions import FROZEN
@@ -114,6 +115,7 @@ def test_functions_of_a_client_have_a_second_and_a_little_more_for_each_answer(
     server.raw().ask("sim.getSimulationTime")
     (client,) = server.gateway._clients._clients.values()
     (its,) = client.connections.values()
+    assert isinstance(its, Connection)
 
     def seconds_until_late() -> float:
         spent = 0.0
