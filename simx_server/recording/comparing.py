@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from simx_client.protocol.codec import CodecError, decode_batch
 from simx_server.gateways.zmq.peer import NUMBER_BYTES
-from simx_server.gateways.zmq.wire import WireError, read_request
+from simx_server.gateways.zmq.wire.messages import WireError, read_request
 from simx_server.gateways.zmq2.clients import KEY
 from simx_server.gateways.zmq2.messages import CALL, REGISTER, read_message
 

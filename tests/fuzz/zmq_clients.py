@@ -12,7 +12,7 @@ from typing import Any
 from zmq_world import RawClient, ZmqWorld, cbor2, zmq, zmq_world
 
 from simx_server.gateways.zmq.listing import offered
-from simx_server.gateways.zmq.zmtp import GREETING
+from simx_server.gateways.zmq.wire.zmtp import GREETING
 
 from .scene import SCENE
 

@@ -21,7 +21,7 @@ from .forms import adjusted
 from .functions import Function as Described
 from .functions import described
 from .listing import namespace
-from .wire import EVAL
+from .wire.messages import EVAL
 
 if TYPE_CHECKING:
     from .client import Client

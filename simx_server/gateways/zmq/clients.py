@@ -24,7 +24,7 @@ from .client import Client, OpenConnection
 from .connection import Connection
 from .functions import described
 from .peer import Peer, SocketPeer, with_number
-from .wire import language_of
+from .wire.messages import language_of
 from .work import MessageWork
 
 if TYPE_CHECKING:

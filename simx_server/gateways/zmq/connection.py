@@ -21,9 +21,9 @@ from simx_server.service.monitoring.metrics import UNKNOWN
 
 from .calls import NoSuchFunction, invoke
 from .functions import described
-from .requests import Requests
 from .results import to_client, with_functions
-from .wire import END, EXECUTED, Request, WireError
+from .wire.messages import END, EXECUTED, Request, WireError
+from .wire.requests import Requests
 
 if TYPE_CHECKING:
     from simx_server.service.service import Service

@@ -11,7 +11,7 @@ from simx_server.scripting.strings import GIVES_BYTES, GIVES_TEXT
 from simx_server.sim_api.effects import Effect
 from simx_server.sim_api.namespaces import effects, signatures
 
-from .wire import EVAL
+from .wire.messages import EVAL
 
 MOST_REMEMBERED = 4096
 """Names; there are some 1,500 functions, and clients may invent names."""

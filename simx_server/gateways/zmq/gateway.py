@@ -26,8 +26,8 @@ from ..exposure import is_loopback
 from ..listening import RETRY, Listening
 from .clients import FIRST_HANDLE, ZmqClients
 from .peer import Peer, SocketPeer
-from .wire import MAX_MESSAGE, packer, uuid_of
-from .zmtp import BadPeer
+from .wire.messages import MAX_MESSAGE, packer, uuid_of
+from .wire.zmtp import BadPeer
 
 if TYPE_CHECKING:
     from simx_server.service.service import Service

@@ -11,7 +11,7 @@ from collections import deque
 from simx_server.service.clients.admission.unfinished import Unfinished
 
 from ..listening import part
-from .zmtp import GREETING, PING, BadPeer, Incoming, framed, framed_alone
+from .wire.zmtp import GREETING, PING, BadPeer, Incoming, framed, framed_alone
 
 NUMBER_BYTES = 8
 """Length of a connection's number in front of a message that waits in the client's queue."""

@@ -10,7 +10,7 @@ from simx_client.protocol.commands import ANSWERED
 from simx_server.service.calls.work import STOP_MARK, CallsWork
 
 from .functions import Function, described
-from .wire import WireError, read_request
+from .wire.messages import WireError, read_request
 
 if TYPE_CHECKING:
     from simx_server.service.calls.work import TableRunner

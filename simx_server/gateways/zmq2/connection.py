@@ -22,7 +22,7 @@ from simx_server.sim_api.object_model.dispatch import is_known
 
 from ..zmq.calls import NoSuchFunction
 from ..zmq.connection import Connection
-from ..zmq.wire import WireError
+from ..zmq.wire.messages import WireError
 from .calls import invoke
 from .messages import (
     CALL,

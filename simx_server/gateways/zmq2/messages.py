@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, cast
 
-from ..zmq.wire import LONGEST_NAME, Reader, WireError
+from ..zmq.wire.messages import LONGEST_NAME, Reader, WireError
 from .tags import TaggedReader
 
 CALL, REGISTER, RESULT, NOOP = "call", "registerCallback", "result", "noop"

@@ -29,7 +29,7 @@ from simx_server.sim_api.object_model.values import (
     to_color,
 )
 
-from ..zmq.wire import MAX_DEPTH, MAX_ITEMS, Reader, WireError
+from ..zmq.wire.messages import MAX_DEPTH, MAX_ITEMS, Reader, WireError
 
 _TAG = 6
 _LONGEST_FUNCTION = 200

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from simx_server.sim_api.effects import Effect
 from simx_server.sim_api.object_model.dispatch import methods
 
-from ..zmq.wire import WireError
+from ..zmq.wire.messages import WireError
 from ..zmq.work import MOST_READ, MessageWork
 from .messages import CALL, Message, read_message
 

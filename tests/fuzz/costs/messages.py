@@ -25,9 +25,9 @@ from simx_server.classroom.page.http import BadRequest, read_head
 from simx_server.gateways.original import messages as original
 from simx_server.gateways.original.containers import Containers
 from simx_server.gateways.original.packets import HEAD, BadPeer, read_message
-from simx_server.gateways.zmq.wire import WireError, language_of, read_request, uuid_of
-from simx_server.gateways.zmq.zmtp import GREETING, READY, Incoming
-from simx_server.gateways.zmq.zmtp import BadPeer as BadZmqPeer
+from simx_server.gateways.zmq.wire.messages import WireError, language_of, read_request, uuid_of
+from simx_server.gateways.zmq.wire.zmtp import GREETING, READY, Incoming
+from simx_server.gateways.zmq.wire.zmtp import BadPeer as BadZmqPeer
 from simx_server.limits import Limits
 from simx_server.ros2_messages import BY_NAME, MessageError
 from simx_server.viewer.browser_messages import BadMessage

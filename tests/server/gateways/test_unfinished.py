@@ -25,7 +25,7 @@ from simx_client.protocol.zenoh import keys, link
 from simx_server.gateways.lane.gateway import LaneGateway
 from simx_server.gateways.original.gateway import OriginalGateway
 from simx_server.gateways.zenoh.gateway import ZenohGateway
-from simx_server.gateways.zmq.zmtp import GREETING, READY
+from simx_server.gateways.zmq.wire.zmtp import GREETING, READY
 from simx_server.limits import Limits
 from simx_server.service.clients.admission.unfinished import Unfinished
 

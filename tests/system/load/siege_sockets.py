@@ -22,7 +22,7 @@ import zmq
 import simx_client as v
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import Batch, Call
-from simx_server.gateways.zmq.zmtp import GREETING, READY
+from simx_server.gateways.zmq.wire.zmtp import GREETING, READY
 
 BLOCKING = v.simx_opmode_blocking
 LARGE = 30 << 20

@@ -15,7 +15,7 @@ from typing import Any, cast
 
 from simx_server.errors import CommandError
 from simx_server.gateways.zmq.functions import described
-from simx_server.gateways.zmq.wire import EXECUTED, MAX_MESSAGE
+from simx_server.gateways.zmq.wire.messages import EXECUTED, MAX_MESSAGE
 
 from ..trajectories import ANSWER, FORCE, JOINT, ORIENTATION, POSITION, SAME_TIME, Call, Collector, Quantity
 

@@ -12,7 +12,7 @@ from simx_server.gateways.zmq import connection
 from simx_server.gateways.zmq.clients import LEAST_REST
 from simx_server.gateways.zmq.connection import Connection
 from simx_server.gateways.zmq.gateway import RETRY
-from simx_server.gateways.zmq.zmtp import GREETING, READY, framed
+from simx_server.gateways.zmq.wire.zmtp import GREETING, READY, framed
 from simx_server.service.clients.sessions import FROZEN
 
 LOOKS = int(FROZEN / RETRY)

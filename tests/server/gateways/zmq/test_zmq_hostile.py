@@ -16,7 +16,7 @@ from zmq_world import ZmqWorld, cbor2, zmq
 
 from simx_server.gateways import listening
 from simx_server.gateways.zmq.gateway import MOST_UNANSWERED
-from simx_server.gateways.zmq.zmtp import GREETING
+from simx_server.gateways.zmq.wire.zmtp import GREETING
 
 
 def message(**fields: Any) -> bytes:

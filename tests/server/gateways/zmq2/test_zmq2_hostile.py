@@ -8,7 +8,7 @@ import pytest
 from zmq2_world import OBJECT, SCENE_HANDLE, WireClient, Zmq2World, cbor2
 
 from simx_server.gateways.zmq import connection
-from simx_server.gateways.zmq.wire import WireError
+from simx_server.gateways.zmq.wire.messages import WireError
 from simx_server.gateways.zmq2.messages import Message, read_message
 from simx_server.gateways.zmq2.work import ModelWork
 from simx_server.sim_api.object_model.values import Color, Matrix, Pose, Quaternion, Ref

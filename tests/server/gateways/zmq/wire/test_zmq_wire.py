@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from zmq_world import cbor2
 
-from simx_server.gateways.zmq.requests import Requests
-from simx_server.gateways.zmq.wire import Reader, WireError, language_of, read_request, uuid_of
+from simx_server.gateways.zmq.wire.messages import Reader, WireError, language_of, read_request, uuid_of
+from simx_server.gateways.zmq.wire.requests import Requests
 
 
 @pytest.mark.parametrize(

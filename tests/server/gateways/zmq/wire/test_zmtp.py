@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from simx_server.gateways.zmq.zmtp import GREETING, MOST_AT_ONCE, READY, BadPeer, Incoming, framed
+from simx_server.gateways.zmq.wire.zmtp import GREETING, MOST_AT_ONCE, READY, BadPeer, Incoming, framed
 
 LONGEST = 1000
 

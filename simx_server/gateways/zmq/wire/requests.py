@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 from typing import Any
 
-from .wire import LONGEST_NAME, Reader, Request, WireError, read_request
+from .messages import LONGEST_NAME, Reader, Request, WireError, read_request
 
 _LONGEST = 1 << 12
 """Bytes of a message that is compared with the one before. In a longer one the arguments take most of the time."""

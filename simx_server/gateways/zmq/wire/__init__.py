@@ -1,0 +1,1 @@
+"""Bytes of the ZeroMQ remote API: frames of ZMTP, and the CBOR maps in them."""
