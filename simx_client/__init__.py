@@ -21,16 +21,21 @@ The other packages are private and may move:
 
 from typing import Any as _Any
 
-from .legacy.functions import functions as _functions
-from .protocol import constants as _constants
+_PREFIXES = ("sim_", "simx")
 
-_FUNCTIONS = _functions()
-globals().update(_FUNCTIONS)
-globals().update({name: value for name, value in vars(_constants).items() if not name.startswith("_")})
 
-__all__ = sorted(  # pyright: ignore[reportUnsupportedDunderAll] - the stub file names them all
-    name for name in globals() if name.lower().startswith(("sim_", "simx")) and name != "simx_client"
-)
+def _fill() -> dict[str, _Any]:
+    """Put every function and constant here, and return them by name.
+
+    The first use of one does this, not the import: the server and the programs of the command line import packages of
+    this one, and most of them need none of these.
+    """
+    from .legacy.functions import FUNCTIONS
+    from .protocol import constants
+
+    surface = FUNCTIONS | {name: value for name, value in vars(constants).items() if not name.startswith("_")}
+    globals().update(surface, __all__=sorted(surface))
+    return surface
 
 
 def __getattr__(name: str) -> _Any:
@@ -38,9 +43,21 @@ def __getattr__(name: str) -> _Any:
         from .client import Client
 
         return Client
-    if name.startswith("c_"):
+    if name == "__all__" or name.lower().startswith(_PREFIXES):
+        surface = _fill()
+        if name == "__all__":
+            return sorted(surface)
+        if name in surface:
+            return surface[name]
+    elif name.startswith("c_"):
         from .legacy.c_functions import c_function
+        from .legacy.functions import FUNCTIONS
 
-        if (function := c_function(name, _FUNCTIONS)) is not None:
+        if (function := c_function(name, FUNCTIONS)) is not None:
             return function
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    _fill()
+    return list(globals())

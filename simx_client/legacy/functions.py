@@ -61,3 +61,7 @@ def functions() -> dict[str, FunctionType]:
             for name in command.names:
                 made[name] = _compile(name, command, marshal)
     return made
+
+
+FUNCTIONS = functions()
+"""Those of `simx_client`."""

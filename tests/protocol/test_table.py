@@ -35,7 +35,7 @@ def test_all_626_constants_are_there():
 
 
 def test_all_is_sorted_and_exactly_the_functions_and_constants():
-    public = {name for name in vars(simx_client) if name.lower().startswith(("sim_", "simx"))}
+    public = {name for name in dir(simx_client) if name.lower().startswith(("sim_", "simx"))}
     assert simx_client.__all__ == sorted(simx_client.__all__)
     assert set(simx_client.__all__) == set(BY_NAME) | {n for n in vars(constants) if not n.startswith("_")}
     assert public - set(simx_client.__all__) <= {"simx_client"}
