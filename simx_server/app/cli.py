@@ -10,17 +10,14 @@ import argparse
 import json
 import logging
 import os
-import platform
 import sys
 from collections.abc import Collection, Sequence
 from functools import partial
-from importlib import metadata
 
-from simx_client.protocol.cli import installing
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.cli.terminal import print_what_can_be, while_read
-from simx_client.protocol.garbage import no_collections
+from simx_client.protocol.garbage import made_to_stay
 from simx_server import __version__
 from simx_server.processes import log_format
 from simx_server.processes.early_end import ended_by_sigterm
@@ -130,12 +127,16 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def _version() -> str:
+    import platform
+
     packages = {"mujoco": "mujoco", "zenoh": "eclipse-zenoh"}
     parts = [f"{name} {_installed(package)}" for name, package in packages.items()]
     return f"{__version__} ({', '.join(parts)}, Python {platform.python_version()})"
 
 
 def _installed(package: str) -> str:
+    from importlib import metadata
+
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:  # --doctor reports it; the version must not fail because of it
@@ -155,6 +156,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     ) as error:  # a client alone needs fewer packages, and often only these are installed
         if error.name is None or error.name.startswith("simx_"):
             raise
+        from simx_client.protocol.cli import installing
+
         sys.stderr.write(
             f"{PROGRAM}: the package {error.name} is not installed; {installing.missing_line()} brings all that a "
             f"server needs, and {PROGRAM} --doctor tells what is missing\n"
@@ -207,7 +210,7 @@ def _serve(settings: Settings) -> int:
 
 def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
     # Imports make little garbage, and collections are a tenth of their time.
-    with no_collections():
+    with made_to_stay():
         import_mujoco()
     from simx_server.sensors.opengl.backend import requested_backend
 
@@ -228,7 +231,7 @@ def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
     probe = None if settings.replay is not None else begin_early(settings.scene or DEFAULT_SCENE)
     helper = trial_helper.fork()
     try:
-        with no_collections():
+        with made_to_stay():
             from .server import serve
 
         return serve(settings, probe, helper)
