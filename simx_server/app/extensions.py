@@ -49,13 +49,15 @@ class Watching:
     service: Service
     settings: Settings
     warms_up: bool
-    """Images are prepared in advance, and not when a program gets the handle of a vision sensor."""
+    """Images are prepared before a program gets the handle of a vision sensor."""
 
 
 WATCHERS: Sequence[Callable[[Watching], Watcher | None]] = (
     lambda server: RenderWatch(server.service.world.rendering),
     lambda server: History(server.service, server.settings.history),
-    lambda server: WarmUp(server.service.world) if server.warms_up else None,
+    lambda server: (
+        WarmUp(server.service.world, at_once=server.settings.record is not None) if server.warms_up else None
+    ),
     lambda server: (
         QuitAfterStop(server.service.ending, server.service.simulation)
         if server.settings.quit_after_stop

@@ -320,8 +320,8 @@ def run_server(
     Args:
         say_ready: called when clients can reach the server.
         page_listener: the socket of the web viewer; None for no viewer.
-        is_one_of_many: save memory: the renderer of a scene with cameras is not made in advance but when a program
-            gets the handle of one of them.
+        is_one_of_many: save memory: the renderer of a scene with cameras is not made with the first client but when a
+            program gets the handle of one of them.
         attach: called before the loop runs, for a gateway that others do not have.
         is_listed: other programs of this user find the server, see `roster`.
         inheritance: where its moments are kept, and from what it continues; None: it keeps none.
@@ -332,7 +332,7 @@ def run_server(
     heap.keep_together()
     sys.setswitchinterval(SWITCH_INTERVAL)
     history = add_watchers(service, settings, warms_up=not is_one_of_many)
-    if is_one_of_many and settings.record is None:
+    if settings.record is None:
         world.rendering.warm_on_demand()
     with ExitStack() as beside:
         # The web viewer ends after the gateway: it then notices at once that the server has gone.
@@ -361,8 +361,8 @@ def run_server(
                 for react in service.watchers.started:
                     react()
                 simulation.start()
-            wait_until_warm(world.rendering, lambda: service.ending.has_come)
             if recorder is not None:
+                wait_until_warm(world.rendering, lambda: service.ending.has_come)
                 recorder.write_out()  # a crash right after the start leaves a recording
             if not service.ending.has_come:
                 say_ready(gateways, world)

@@ -1,11 +1,13 @@
-"""Prepare images in advance: before the server is ready, and when a scene with vision sensors is loaded or gets its
-first one. One of many servers, and an embedded simulation, prepare them when a program gets the handle of a vision
-sensor, so that those without such programs stay small.
+"""Prepare images in advance: when the first client joins, and when a scene with vision sensors is loaded or gets its
+first one. Who gets the handle of a vision sensor waits for them. One of many servers, and an embedded simulation,
+prepare them with that handle, so that those without such programs stay small.
 
 The first image of a scene costs up to a second: the driver, meshes, textures. V-REP had its renderer when a client
 came: programs arm a stream of images, sleep 0.1 s and read it. A scene without vision sensors makes no
-renderer, which would take 80 MB. Later changes of a scene need only its own meshes and textures again, so a script's
-step-by-step edits are not drawn each time.
+renderer, which would take 80 MB; nor does a server without clients. Later changes of a scene need only its own meshes
+and textures again, so a script's step-by-step edits are not drawn each time.
+
+A server that records prepares images before it is ready instead, because a replay waits for none.
 """
 
 from __future__ import annotations
@@ -24,11 +26,12 @@ if TYPE_CHECKING:
 
     from simx_server.scene.editing.twins import Twins
     from simx_server.sensors.rendering.render_thread import RenderThread
+    from simx_server.service.clients.sessions import ClientSession
 
     from .world import World
 
 WARM_WITHIN = 10.0
-"""Seconds that a starting server waits for the images of a slow driver or renderer."""
+"""Seconds that a starting server which records waits for the images of a slow driver or renderer."""
 
 LOADED_WITHIN = 2.0
 """The same for a client's call that loads a scene or a model, which has a time-out."""
@@ -108,15 +111,33 @@ class RenderWatch(Watcher):
 
 
 class WarmUp(Watcher):
-    """Warms up for the present scene, for every later one, and for a scene's first vision sensor."""
+    """Warms up for the scene that the first client finds, for every later one, and for a scene's first vision sensor.
 
-    def __init__(self, world: World) -> None:
+    Until then only the back end is chosen, and the log says how images are made.
+    """
+
+    def __init__(self, world: World, *, at_once: bool = False) -> None:
+        """Start to watch.
+
+        Args:
+            world: the server's.
+            at_once: warm up without waiting for a client.
+        """
         self._world = world
-        warm_up(world)
+        self._is_wanted = at_once
+        self.scene_loaded()
+
+    def joined(self, session: ClientSession) -> None:
+        if not self._is_wanted:
+            self._is_wanted = True
+            warm_up(self._world)
 
     def scene_loaded(self) -> None:
-        warm_up(self._world)
+        if self._is_wanted:
+            warm_up(self._world)
+        elif self._world.simulation.scene.of_kind(ObjectKind.VISION_SENSOR):
+            self._world.rendering.choose()
 
     def model_changed(self, twins: Twins | None) -> None:
         if not self._world.rendering.is_begun:
-            warm_up(self._world)
+            self.scene_loaded()

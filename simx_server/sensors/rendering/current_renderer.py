@@ -65,20 +65,25 @@ class CurrentRenderer:
         """Return whether the renderer is made and shows this model."""
         return self._renderer is not None and self._model is model
 
-    def turned_to(self, model: mujoco.MjModel) -> Renderer:
-        """Return the renderer, for this model. Raises the errors of a driver."""
-        if self._renderer is not None and self._model is model:
-            return self._renderer
+    def chosen(self) -> Backend:
+        """Return the back end, which the first call chooses. Raises the errors of a choice that is given up."""
         if self.backend is None:
             self._start("trying OpenGL back ends", CHOSEN_WITHIN)
             self.backend = self._choose()
             level = logging.WARNING if self.backend.name == RAYCAST else logging.INFO
             logger.log(level, "images are made with %s: %s", self.backend.name, self.backend.reason)
             self.ready.set()
-        self._start(f"loading the scene with {self.backend.name}", DRAWN_WITHIN)
+        return self.backend
+
+    def turned_to(self, model: mujoco.MjModel) -> Renderer:
+        """Return the renderer, for this model. Raises the errors of a driver."""
+        if self._renderer is not None and self._model is model:
+            return self._renderer
+        backend = self.chosen()
+        self._start(f"loading the scene with {backend.name}", DRAWN_WITHIN)
         self._model = None
         if self._renderer is None:
-            self._renderer = self._make(model, self.backend)
+            self._renderer = self._make(model, backend)
             # In a user's program nothing closes the thread before the GL libraries' own functions at exit, which run
             # later than this one because they were registered earlier.
             atexit.register(self._close)

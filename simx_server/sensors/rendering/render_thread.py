@@ -43,7 +43,7 @@ _OWNER_CHECK = 1.0
 class RenderThread:
     """Owns the renderer. `request` and `prepare` return at once, on any thread. Close it at the end.
 
-    The thread starts with the first request, and so does the choice of a back end (about half a second).
+    The thread starts with the first request or `choose`, and so does the choice of a back end (about half a second).
 
     Args:
         choose: chooses the back end, on the render thread; by default `choose_backend`.
@@ -77,6 +77,8 @@ class RenderThread:
         self.warms_on_demand = False
         """See `warm_on_demand`."""
 
+        self._is_to_choose = False
+        self._is_begun = False
         self._to_prepare: Preparation | None = None
         self._prepared = _nothing_to_do()
         """The newest preparation."""
@@ -88,7 +90,7 @@ class RenderThread:
 
     @property
     def backend(self) -> Backend | None:
-        """Return the chosen back end; None before the first image was requested."""
+        """Return the chosen back end; None before it is chosen."""
         return self._current.backend
 
     @property
@@ -98,8 +100,8 @@ class RenderThread:
 
     @property
     def is_begun(self) -> bool:
-        """Return whether anything was requested yet, so that a back end is chosen or about to be."""
-        return self._thread is not None
+        """Return whether an image or its preparation was requested yet, so that there is a renderer or soon will be."""
+        return self._is_begun
 
     @property
     def is_hanging(self) -> bool:
@@ -164,6 +166,7 @@ class RenderThread:
             return _failed("rendering is closed; the server is shutting down"), None
         if self._doing is not None and self._doing.is_overdue():
             return _failed(self._doing.reason()), None
+        self._is_begun = True
         camera, asked = view.camera_id, channels(rgb, depth)
         view = self._places.by_first(model, data, view)
         key = (id(model), view, version)
@@ -193,6 +196,13 @@ class RenderThread:
         self._start_or_wake()
         return job.future, failed
 
+    def choose(self) -> None:
+        """Choose the back end, so that the log says how images are made, or why not. It takes no memory yet."""
+        with self._wake:
+            if self.backend is None and not self._closing.is_set():
+                self._is_to_choose = True
+                self._start_or_wake()
+
     def prepare(
         self, model: mujoco.MjModel, data: mujoco.MjData, views: Sequence[CameraView], *, version: Hashable
     ) -> "Future[None]":
@@ -207,6 +217,7 @@ class RenderThread:
         with self._wake:
             if self._closing.is_set():
                 return _nothing_to_do()
+            self._is_begun = True
             snapshot = self._pool.take(model, data, version) if views else None
             preparation = Preparation(model, views, snapshot)
             before, self._to_prepare = self._to_prepare, preparation
@@ -223,7 +234,7 @@ class RenderThread:
         return bool(wait([self._prepared], seconds).done)
 
     def warm_on_demand(self) -> None:
-        """Prepare the first image when a program gets the handle of a vision sensor; see `warm_up`."""
+        """Have a program that gets the handle of a vision sensor wait for its images; see `warm_up`."""
         self.warms_on_demand = True
 
     def watch(self) -> None:
@@ -315,6 +326,9 @@ class RenderThread:
                 if self._to_prepare is not None:
                     preparation, self._to_prepare = self._to_prepare, None
                     return functools.partial(self._prepare, preparation)
+                if self._is_to_choose:
+                    self._is_to_choose = False
+                    return self._choose
                 if not self._is_rested and time.monotonic() > idle_since + RESTS_AFTER:
                     return self._rest
                 self._wake.wait(_OWNER_CHECK)
@@ -424,6 +438,16 @@ class RenderThread:
             if each is not None and self._pending.get(each.key) is each:
                 del self._pending[each.key]
 
+    def _choose(self) -> None:
+        try:
+            self._current.chosen()
+        except Exception as error:
+            self._tell_of(error)
+
+    def _tell_of(self, error: Exception) -> None:
+        if not self._closing.is_set():
+            logger.warning("cannot render: %s", error)
+
     def _prepare(self, preparation: Preparation) -> None:
         try:
             renderer = self._renderer_for(preparation.model)
@@ -436,8 +460,7 @@ class RenderThread:
                 renderer.render(preparation.snapshot.data, view, True, True)
         except Exception as error:
             self._current.drop()
-            if not self._closing.is_set():
-                logger.warning("cannot render: %s", error)
+            self._tell_of(error)
         with self._wake:
             self._end_preparation(preparation)
         preparation.done.set_result(None)

@@ -1,4 +1,4 @@
-"""The first image of a server: prepared before it is ready, and no call waits for a driver."""
+"""The first image of a server: prepared when a program has its sensor, and no other call waits for a driver."""
 
 from __future__ import annotations
 
@@ -64,13 +64,17 @@ def connect(port: int) -> int:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="counts on the back end that Linux has")
-def test_a_server_is_ready_when_its_images_are_prepared(opengl_name: str) -> None:
+@pytest.mark.parametrize("recording", [False, True])
+def test_who_has_the_handle_of_a_camera_finds_its_images_prepared(
+    opengl_name: str, tmp_path: Path, recording: bool
+) -> None:
     """The first image then takes less than a fifth of a second of the server's processor time."""
-    with server(TUTORIAL, "--start") as fresh:
-        before = metrics_of(fresh.port)
-        assert before["images"]["backend"] == opengl_name
+    flags = ("--record", str(tmp_path / "run.simxlog")) if recording else ()
+    with server(TUTORIAL, "--start", *flags) as fresh:
         client = connect(fresh.port)
         handle = vrep.simxGetObjectHandle(client, SENSOR, vrep.simx_opmode_blocking)[1]
+        before = metrics_of(fresh.port)
+        assert before["images"]["backend"] == opengl_name
         vrep.simxGetVisionSensorImage(client, handle, 0, vrep.simx_opmode_streaming)
         read = lambda: vrep.simxGetVisionSensorImage(client, handle, 0, vrep.simx_opmode_buffer)  # noqa: E731
         assert wait_until(lambda: read()[0] == vrep.simx_return_ok, START_TIMEOUT)
@@ -85,7 +89,7 @@ def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RealWorld
     for name, content in (("plain", ""), ("eyes", EYE + EYE.replace("eye", "other"))):
         (tmp_path / f"{name}.xml").write_text(ROOM.format(content))
     world = RealWorld(tmp_path / "plain.xml", workspace=tmp_path)
-    world.simulation.parts.attach(WarmUp(world.parts))
+    world.simulation.parts.attach(WarmUp(world.parts, at_once=True))
     monkeypatch.setattr(gl_backend, "candidates", lambda: ())
     yield world
     world.close()
@@ -95,6 +99,27 @@ def test_a_server_without_cameras_makes_no_renderer(world: RealWorld) -> None:
     assert warm_up(world.parts) is None
     world.simulation.load(world.simulation.files.workspace / "plain.xml")
     assert not world.parts.rendering.is_begun
+
+
+def test_before_the_first_client_a_server_says_how_it_makes_images_and_makes_no_renderer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "eyes.xml").write_text(ROOM.format(EYE))
+    world = RealWorld(tmp_path / "eyes.xml", workspace=tmp_path)
+    rendering = world.parts.rendering
+    monkeypatch.setattr(gl_backend, "candidates", lambda: ())
+    try:
+        world.loop.service.watchers.add(WarmUp(world.parts))
+        assert rendering.ready.wait(START_TIMEOUT)
+        assert "images are made with raycast" in caplog.text
+        world.simulation.load(tmp_path / "eyes.xml")
+        assert not rendering.is_begun
+        world.client()
+        assert rendering.is_begun
+        assert wait_until(lambda: rendering.wait_until_prepared(0), START_TIMEOUT)
+        assert rendering._current.is_for(world.simulation.model)
+    finally:
+        world.close()
 
 
 def test_waiting_for_images_ends_when_they_are_drawn_or_the_server_ends(tmp_path: Path) -> None:
@@ -109,7 +134,7 @@ def test_waiting_for_images_ends_when_they_are_drawn_or_the_server_ends(tmp_path
 
     rendering._current._make = make_later
     try:
-        WarmUp(world.parts)
+        WarmUp(world.parts, at_once=True)
         wait_until_warm(rendering, lambda: True)
         assert not rendering.wait_until_prepared(0)
         may_draw.set()
