@@ -33,9 +33,16 @@ class Joints(Machine):
 
         A cyclic joint returns -pi..pi, a tendon joint its length plus its offset.
         """
+        if (place := self._positions.get(handle)) is not None:
+            numbers, index, state = place
+            return numbers[index] + state.offset
         binding, state = self._single(handle)
         value = self._raw_position(binding) + state.offset
-        return _wrapped(value) if _is_cyclic(binding, state) else value
+        if _is_cyclic(binding, state):
+            return _wrapped(value)
+        if binding.element == "joint":
+            self._positions[handle] = memoryview(self._sim.data.qpos), binding.qpos, state
+        return value
 
     def set_position(self, handle: int, value: float) -> None:
         """Put the joint there at once (clamped to its interval; cyclic: wrapped to -pi..pi), velocity zero.
@@ -90,6 +97,10 @@ class Joints(Machine):
         Raises:
             CommandError: the joint is neither in force mode nor in hybrid operation, and has no such acceleration.
         """
+        if (place := self._targets.get(handle)) is not None:
+            numbers, index, state = place
+            state.target_position = numbers[index] = _finite(value, "a target position")
+            return
         binding, state = self._single(handle)
         value = finite(value, "a target position")
         if self._is_served(handle):
@@ -110,10 +121,15 @@ class Joints(Machine):
                 f"'{binding.name}' is in {state.mode.name.lower()} mode, which has no target position; "
                 "set its position, or annotate it with mode=force or hybrid=yes, or with upper_acceleration"
             )
-        self._retarget(binding, state, _wrapped(value) if _is_cyclic(binding, state) else value)
+        is_cyclic = _is_cyclic(binding, state)
+        self._retarget(binding, state, _wrapped(value) if is_cyclic else value)
         if not state.annotated and not (state.motor and state.control_loop):
             state.motor = state.control_loop = True
             self._apply(handle)
+        elif not is_cyclic and self._stepper is not None:
+            place = self._stepper.target_of(handle)
+            if place is not None and rule_of(binding, state) == Rule.POSITION:
+                self._targets[handle] = *place, state
 
     def target_velocity(self, handle: int) -> float:
         """Return the target velocity, rad/s or m/s."""

@@ -70,6 +70,9 @@ _settings = attrgetter(*(name for name in SETTING_NAMES if name not in _MOVING))
 _SCRIPTS = "scripts"
 """Those that call scripts between the physics steps, among the parts that accompany these."""
 
+Place = tuple[memoryview, int, JointState]
+"""Where a number of a joint is: an array and the index in it; and the joint's settings."""
+
 
 @dataclass(frozen=True, slots=True)
 class Moment:
@@ -129,10 +132,15 @@ class Machine:
         self._measured = Measured(sim)
         self._watch = Watch(sim)
         self._kinematic: frozenset[int] = frozenset()
+        self._positions: dict[int, Place] = {}
+        """Joints whose position is a number of `qpos`, plus their offset; found when it is read."""
+        self._targets: dict[int, Place] = {}
+        """Joints whose target is a number of the position controllers; found when it is set."""
         self.bind_all()
 
     def bind_all(self) -> None:
         """Find all joints in a freshly compiled model; joints known by handle keep their settings."""
+        self.forget_places()
         scene, model, data = self._sim.scene, self._sim.model, self._sim.data
         known = self._states
         self._bindings, self._states = {}, {}
@@ -303,7 +311,13 @@ class Machine:
         """Reset measured forces and velocities and the controllers' memory: a run starts."""
         self._average_force = False
         self._stepper = self._earlier = None
+        self.forget_places()
         self._measured.forget()
+
+    def forget_places(self) -> None:
+        """Find again where positions and targets are: arrays, settings, or the rules of joints have changed."""
+        self._positions.clear()
+        self._targets.clear()
 
     def ask(
         self,
@@ -317,6 +331,7 @@ class Machine:
             custom: joints of them that ask only in custom control.
             kinematic: joints whose targets a call-back serves outside force mode.
         """
+        self.forget_places()
         self._served = frozenset(kinematic)
         self._custom = frozenset(custom)
         if not asked and not self._asked:
@@ -496,6 +511,7 @@ class Machine:
 
         It takes over the memory of the old one. Many changes in a row make a single one.
         """
+        self.forget_places()
         if self._stepper is not None:
             self._earlier, self._stepper = self._stepper, None
 

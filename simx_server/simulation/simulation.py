@@ -393,6 +393,7 @@ class Simulation:
         if self.waiting is None:
             self.waiting, self.scene = waiting, waiting.scene
             del self.model, self.data
+            self.joints.forget_places()
         self.model_edited()
         self.changed()
         self.parts.tell(lambda part: part.scene_edited())

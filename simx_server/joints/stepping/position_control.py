@@ -86,6 +86,11 @@ class PositionControl:
         self._target[index] = value
         return True
 
+    def target_of(self, handle: int) -> tuple[memoryview, int] | None:
+        """Return where the target of a joint is: array and index; None if it has no controller here."""
+        index = self._index.get(handle)
+        return None if index is None else (memoryview(self._target), index)
+
     def remember(self) -> PositionMemory:
         """Return a copy of the controllers' memory."""
         return PositionMemory(self._index, self._sum.copy(), self._last.copy())

@@ -152,6 +152,10 @@ class Stepper:
         """Give a running position controller or spring a new target; return False when the joint has none here."""
         return self._position.retarget(handle, value) or self._springs.retarget(handle, value)
 
+    def target_of(self, handle: int) -> tuple[memoryview, int] | None:
+        """Return where the target of a running position controller is; None when the joint has none here."""
+        return self._position.target_of(handle)
+
     def step(
         self, count: int, flags: int = 0, *, average_force: bool = False, within: Sequence[Within] = ()
     ) -> bool:
