@@ -61,7 +61,9 @@ class EmbeddedTransport(PackingLink):
 
         self._deliveries: deque[bytes] = deque()
         self._came = threading.Event()
-        self._values: list[Reply] = []
+        self._published: Sequence[tuple[int, Command, Answer, int]] = ()
+        """The newest values of the streams that the client has not taken: id, command, answer and time in ms."""
+
         self._computed: Instant | None = None
         """When these values were computed."""
 
@@ -170,7 +172,11 @@ class EmbeddedTransport(PackingLink):
         """Return a function that executes a command directly, for many calls."""
         if self._session is None:
             raise ConnectionFailed("the client has not joined")
-        turns, messages, direct = self._turns, self._service.messages, self._direct(self._session, command)
+        turns, simulation, direct = (
+            self._turns,
+            self._service.simulation,
+            self._direct(self._session, command),
+        )
         lock, is_held_here, execute, received = (
             turns.lock,
             turns.is_held_here,
@@ -184,8 +190,10 @@ class EmbeddedTransport(PackingLink):
             turns.owner = get_ident()
             try:
                 answer = execute(arguments)
-                time_ms = messages.time_ms()
-                self._replied = messages.instant()
+                if simulation.version != self._version:
+                    self._note_time()
+                time_ms = self.replied_at_ms
+                self._replied = monotonic(), simulation.state, simulation.scene_id
                 if direct.may_change_pace:
                     self._note_change(answer)
             finally:
@@ -194,7 +202,7 @@ class EmbeddedTransport(PackingLink):
             is_here = answer.__class__ is tuple
             if not is_here and (answer := self._await(answer, time.monotonic() + timeout)) is None:
                 return None
-            status, values = cast(Answer, answer)
+            status, values = answer  # type: ignore[misc]
             return of_fields(Reply, (0, status, time_ms, values if status else received(values)))
 
         return call
@@ -244,7 +252,7 @@ class EmbeddedTransport(PackingLink):
         return read
 
     def _step(self, direct: DirectCall, alone: Alone, report: Callable[[str], object]) -> ShortWay:
-        turns, messages = self._turns, self._service.messages
+        turns, simulation = self._turns, self._service.simulation
         lock, is_held_here = turns.lock, turns.is_held_here
 
         def step(_arguments: tuple[Any, ...]) -> int | None:
@@ -255,7 +263,7 @@ class EmbeddedTransport(PackingLink):
                 if not alone.is_alone:
                     return None
                 self._note_time()
-                self._replied = messages.instant()
+                self._replied = monotonic(), simulation.state, simulation.scene_id
                 status, values = alone.step(direct)
             finally:
                 turns.owner = 0
@@ -346,12 +354,21 @@ class EmbeddedTransport(PackingLink):
 
     def take_values(self) -> list[Reply]:
         """Return the newest values of the streams that came since the last call; refresh them if that is due."""
-        if not self._values and self._session is not None and self._service.due.are_streams_due():
+        session = self._session
+        if session is None:
+            return []
+        if not self._published and self._service.due.are_streams_due():
             self._turn(math.inf)
-        values, self._values = self._values, []
-        if values:
-            self._replied = self._computed
-        return values
+        if not self._published:
+            return []
+        published, self._published = self._published, ()
+        self._replied = self._computed
+        replies: list[Reply] = []
+        for stream_id, command, (status, results), time_ms in published:
+            if status == STATUS_OK:
+                results = self._direct(session, command).received(results)
+            replies.append(of_fields(Reply, (stream_id, status, time_ms, results)))
+        return replies
 
     def header(self, message_id: int, client_time: int) -> Delivery | None:
         """Return the newest direct reply, or values of streams, in the form of a message's header."""
@@ -371,14 +388,10 @@ class EmbeddedTransport(PackingLink):
         self._came.set()
 
     def publish(self, values: NewestValues) -> None:
-        """Take the newest values of the streams, as messages would bring them."""
-        session = self._session
-        if session is None:
-            return
-        newest: list[Reply] = []
-        for stream_id, value in values.of_streams():
-            status, results = value.answer
-            if status == STATUS_OK:
-                results = self._direct(session, value.command).received(results)
-            newest.append(of_fields(Reply, (stream_id, status, value.time_ms, results)))
-        self._values, self._computed = newest, self._service.messages.instant()
+        """Keep the newest values of the streams; `take_values` gives them the form that a message would give them."""
+        if self._session is not None:
+            self._published = [
+                (stream_id, value.command, value.answer, value.time_ms)
+                for stream_id, value in values.of_streams()
+            ]
+            self._computed = self._service.messages.instant()

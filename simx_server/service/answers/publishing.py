@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from functools import partial
@@ -128,11 +127,11 @@ class Publisher:
         self._round += 1
         until = time.perf_counter() + LONGEST_FOR_ALL if is_bounded else math.inf
         # A copy, as clients come and go while a streamed call runs a script.
-        waiting = deque(session for session in sessions if session.streams.by_id)
-        if any(session.client == self._next_client for session in waiting):
-            while waiting[0].client != self._next_client:
-                waiting.rotate(-1)
-        self._next_client = ""
+        waiting = [session for session in sessions if session.streams.by_id]
+        if self._next_client:
+            clients = [session.client for session in waiting]
+            first = clients.index(self._next_client) if self._next_client in clients else 0
+            waiting, self._next_client = waiting[first:] + waiting[:first], ""
         for position, session in enumerate(waiting):
             is_stepped = after_step and session.is_stepping
             if position and not is_stepped and time.perf_counter() >= until:
@@ -156,9 +155,8 @@ class Publisher:
         if streams.single:
             self._compute_single(session, answers, limit.end, time_ms, now, every_image=every_image)
         if streams.shared or any(stream.value is not None for stream in streams.single.values()):
-            pack = partial(self._packed, session, answer_packer(STATUS_OK, time_ms), time_ms)
-            head = self._messages.delivery(session, [])
-            session.link.publish(NewestValues(head, streams, pack, now))
+            head = partial(self._messages.delivery, session, [])
+            session.link.publish(NewestValues(streams, now, head, partial(self._packer, session, time_ms)))
 
     def _compute_single(
         self,
@@ -245,6 +243,10 @@ class Publisher:
         tally.end()
         for share in late:
             streams.separate(share)
+
+    def _packer(self, session: ClientSession, time_ms: int) -> Callable[[Value], bytes]:
+        """Return a function that packs the answers of a client, of which most have this time."""
+        return partial(self._packed, session, answer_packer(STATUS_OK, time_ms), time_ms)
 
     def _packed(
         self, session: ClientSession, pack: Callable[[list[Any]], bytes], time_ms: int, value: Value

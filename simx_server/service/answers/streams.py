@@ -9,7 +9,7 @@ rendered.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any
@@ -125,6 +125,9 @@ class Streams:
     _shares: list[Shared] | None = None
     """The shared parts of the streams of `shared`, in their order; None after a change of these streams."""
 
+    _values: Sequence[tuple[int, Value]] | None = None
+    """The same with the ids of these streams."""
+
     _parts: list[bytes] = field(default_factory=list[bytes])
     """Their heads and newest answers, alternating."""
 
@@ -151,13 +154,22 @@ class Streams:
                 parts += (stream.head, pack(value) if value.packed is None else value.packed)
         return parts
 
+    def values(self) -> Sequence[tuple[int, Value]]:
+        """Return the id of each stream that has a value, and this value, in the order in which they were armed."""
+        if self.single:
+            values = ((stream_id, stream.value) for stream_id, stream in self.by_id.items())
+            return [(stream_id, value) for stream_id, value in values if value is not None]
+        if self._values is None:
+            self._values = list(zip(self.shared, self.shares(), strict=True))
+        return self._values
+
     def arm(self, stream: Stream) -> None:
         """Add a stream; it was executed once already, as part of the call."""
         stream.next_due = time.monotonic() + stream.delay
         self.cancel(stream.stream_id)
         self.by_id[stream.stream_id] = stream
         (self.single if stream.shared is None else self.shared)[stream.stream_id] = stream
-        self._shares = None
+        self._shares = self._values = None
 
     def single_in_turn(self) -> list[Stream]:
         """Return the streams of `single`, starting with those that had to wait."""
@@ -173,7 +185,7 @@ class Streams:
             stream.shared = None
             del self.shared[stream.stream_id]
             self.single[stream.stream_id] = stream
-        self._shares = None
+        self._shares = self._values = None
 
     def images_on_the_way(self) -> list[Future[Any]]:
         """Return the images that are requested and not rendered yet."""
@@ -187,45 +199,54 @@ class Streams:
         if self.by_id.pop(stream_id, None) is not None:
             self.shared.pop(stream_id, None)
             self.single.pop(stream_id, None)
-            self._shares = None
+            self._shares = self._values = None
 
     def clear(self) -> None:
         """End all streams."""
         for streams in (self.by_id, self.shared, self.single):
             streams.clear()
-        self._shares = None
+        self._shares = self._values = None
 
 
 class NewestValues:
     """The newest values of the small streams of one client. Physics thread, until the next simulation step."""
 
-    __slots__ = ("_now", "_pack", "_streams", "head")
+    __slots__ = ("_head", "_now", "_packer", "_streams")
 
-    def __init__(self, head: Delivery, streams: Streams, pack: Callable[[Value], bytes], now: float) -> None:
+    def __init__(
+        self,
+        streams: Streams,
+        now: float,
+        head: Callable[[], Delivery],
+        packer: Callable[[], Callable[[Value], bytes]],
+    ) -> None:
         """Make them.
 
         Args:
-            head: the delivery without replies.
             streams: those of the client.
-            pack: packs an answer that is not packed yet.
             now: the time on the monotonic clock.
+            head: makes the delivery without replies.
+            packer: returns a function that packs an answer that is not packed yet.
         """
-        self.head, self._streams, self._pack, self._now = head, streams, pack, now
+        self._streams, self._now, self._head, self._packer = streams, now, head, packer
 
-    def of_streams(self) -> Iterator[tuple[int, Value]]:
-        """Yield the id of each stream that has a value, and this value."""
-        for stream in self._streams.by_id.values():
-            if (value := stream.value) is not None:
-                yield stream.stream_id, value
+    @property
+    def head(self) -> Delivery:
+        """Return the delivery without replies."""
+        return self._head()
+
+    def of_streams(self) -> Sequence[tuple[int, Value]]:
+        """Return the id of each stream that has a value, and this value."""
+        return self._streams.values()
 
     def packed(self) -> bytes:
         """Return them as a message, each packed once for all clients; empty if the same was sent a moment ago."""
-        streams, parts = self._streams, self._streams.parts(self._pack)
+        streams, parts = self._streams, self._streams.parts(self._packer())
         replies = b"".join(parts)
         if replies == streams.last_sent and self._now < streams.next_repeat:
             return b""
         streams.last_sent, streams.next_repeat = replies, self._now + REPEAT
-        return encode_delivery(self.head, replies, len(parts) // 2)
+        return encode_delivery(self._head(), replies, len(parts) // 2)
 
 
 class StepAnswers:

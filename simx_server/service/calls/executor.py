@@ -17,7 +17,7 @@ import mujoco
 
 from simx_client.protocol import constants as c
 from simx_client.protocol.commands import Command
-from simx_client.protocol.messages import STATUS_REMOTE_ERROR
+from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
 from simx_server.errors import CommandError, one_line, shortened
 from simx_server.service.answers.answers import DONE, Answer, answer_of
 from simx_server.service.clients.sessions import ClientSession
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-_NOT_YET = (Future, GeneratorType)
+_NOT_YET = frozenset((Future, GeneratorType))
 """Types that a handler returns for results that come later: an image, or steps."""
 
 
@@ -137,11 +137,11 @@ class Executor:
         tally.count += 1
         try:
             result = work(*arguments)
-            if result is None and not command.results:
-                return DONE
-            if isinstance(result, _NOT_YET):
+            if result.__class__ in _NOT_YET:
                 return self.answer(client, command, result, at_step)
-            return answer_of(command, result)
+            if len(command.results) == 1:
+                return STATUS_OK, [result]
+            return DONE if result is None and not command.results else answer_of(command, result)
         except Exception as error:
             return self.failure(client, command.name, error)
 
