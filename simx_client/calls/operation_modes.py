@@ -318,7 +318,7 @@ class Modes:
         reply = self.inbox.get(key)
         if reply is None:
             return marshal.failure(c.simx_return_novalue_flag)
-        if not reply.status:
+        if not (marshal.only_newest or reply.status):
             if marshal.command.takes_what_it_reads:
                 # A stream continues: no news means empty data, not novalue.
                 self.inbox[key] = reply._replace(values=[reply.values[0][:0]])

@@ -11,7 +11,7 @@ from typing import Any
 
 from simx_client.calls.marshalling import Marshal
 from simx_client.protocol import constants as c
-from simx_client.protocol.messages import Delivery, Pace, Reply
+from simx_client.protocol.messages import STATUS_OK, Delivery, Pace, Reply, of_fields
 from simx_client.transport.direct import DirectFunction, DirectTransport, ShortWay
 
 from .connection import MESSAGE_ID_MASK, Connection
@@ -70,7 +70,14 @@ class EmbeddedConnection(Connection):
             elif mode == _ONESHOT:
                 values = marshal.coerce(arguments)
                 if slot := modes.free_slot(marshal, values, mode):
-                    return modes.sent_directly(marshal, slot, self._execute(direct, marshal, values))
+                    short = self._short_ways.get(marshal)
+                    if short is not None and marshal.gives_nothing and short(values) == 0:
+                        self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
+                        self._header = None
+                        reply = of_fields(Reply, (0, STATUS_OK, direct.replied_at_ms, []))
+                    else:
+                        reply = self._execute(direct, marshal, values)
+                    return modes.sent_directly(marshal, slot, reply)
             else:
                 values = marshal.coerce(arguments)
                 self._drain()
@@ -118,9 +125,11 @@ class EmbeddedConnection(Connection):
 
     def _drain(self) -> None:
         """Store what came: replies and images as messages, the values of the streams directly."""
-        assert self._direct is not None
-        newest = self._direct.take_values()  # taken first, stored last, as those of other clients
-        super()._drain()
+        direct = self._direct
+        assert direct is not None
+        newest = direct.take_values()  # taken first, stored last, as those of other clients
+        if direct.has_messages:
+            super()._drain()
         if newest:
             self._header = None  # these are newer
             self._modes.absorb_replies(newest)

@@ -16,9 +16,9 @@ if the call takes longer.
 """
 
 
-ShortWay = Callable[[tuple[Any, ...]], Any]
-"""Makes a blocking call without marshalling: takes the arguments as the script gave them, and returns the result of the
-legacy function. The result is None if the call has to be made in the normal way; nothing has happened then.
+ShortWay = Callable[[Sequence[Any]], Any]
+"""Makes a call without marshalling: takes the arguments as the script gave them, and returns the result of the legacy
+function in blocking mode. The result is None if the call has to be made in the normal way; nothing has happened then.
 """
 
 
@@ -61,6 +61,11 @@ class DirectTransport(Transport, Protocol):
             The replies, with the id 0; fewer after a time-out. None if calls are impossible: this thread is within
             a simulation step.
         """
+        ...
+
+    @property
+    def has_messages(self) -> bool:
+        """Return whether replies or images have arrived as messages."""
         ...
 
     def take_values(self) -> list[Reply]:

@@ -97,9 +97,7 @@ class Joints(Machine):
         Raises:
             CommandError: the joint is neither in force mode nor in hybrid operation, and has no such acceleration.
         """
-        if (place := self._targets.get(handle)) is not None:
-            numbers, index, state = place
-            state.target_position = numbers[index] = _finite(value, "a target position")
+        if self.aim(handle, value):
             return
         binding, state = self._single(handle)
         value = finite(value, "a target position")
@@ -130,6 +128,15 @@ class Joints(Machine):
             place = self._stepper.target_of(handle)
             if place is not None and rule_of(binding, state) == Rule.POSITION:
                 self._targets[handle] = *place, state
+
+    def aim(self, handle: int, value: float) -> bool:
+        """Set the target where it is known to be a number of the position controllers; return whether it is."""
+        place = self._targets.get(handle)
+        if place is None or not math.isfinite(value):
+            return False
+        numbers, index, state = place
+        state.target_position = numbers[index] = float(value)
+        return True
 
     def target_velocity(self, handle: int) -> float:
         """Return the target velocity, rad/s or m/s."""

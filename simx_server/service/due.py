@@ -49,12 +49,8 @@ class Due:
         self._world, self._simulation, self._sessions = world, world.simulation, sessions
         self._pacer, self._returning, self._watchers = pacer, returning, watchers
         self._next_idle_round = 0.0
-        self._is_paced = False
-
-    @property
-    def is_paced(self) -> bool:
-        """Return whether simulation steps follow the wall clock at present."""
-        return self._is_paced
+        self.is_paced = False
+        """Whether simulation steps follow the wall clock at present."""
 
     @property
     def is_running_freely(self) -> bool:
@@ -90,17 +86,17 @@ class Due:
             if self.is_running_freely:
                 if self._returning.is_awaiting and (awaited := self._returning.seconds_left()) > 0:
                     return awaited
-                if not self._is_paced:
-                    self._is_paced = True
+                if not self.is_paced:
+                    self.is_paced = True
                     self._pacer.restart()  # the time of a stop, a pause or stepped mode is not caught up
                 if (left := self._pacer.seconds_left()) > 0 or not math.isinf(self._pacer.speed):
                     return left
                 return HELD if self._simulation.parts.holds_step() else 0.0
-            self._is_paced = False
+            self.is_paced = False
             if not self.is_waiting_for_trigger:
                 return HELD if self._simulation.parts.holds_step() else 0.0
         else:
-            self._is_paced = False
+            self.is_paced = False
             if self.is_idle_wanted:
                 return max(0.0, self._next_idle_round - time.monotonic())
         if any(map(_STREAMS, self._sessions.values())):

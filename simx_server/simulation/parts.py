@@ -89,7 +89,7 @@ class Parts:
 
     def holds_step(self) -> bool:
         """Return whether a part wants the next simulation step later (see `Part.holds_step`)."""
-        return any(part.holds_step() for part in self._holding)
+        return bool(self._holding) and any(part.holds_step() for part in self._holding)
 
     def replan(self) -> None:
         """Have the stages of a simulation step listed again: a part has something to do in steps, or has nothing more.

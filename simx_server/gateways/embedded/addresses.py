@@ -1,30 +1,25 @@
-"""Where the values are that programs read most: array and index by handle, found once for each model.
+"""Where the values are that programs read and set most, found once: without the way through a handler.
 
-A value is read here only if its place alone decides it. The other cases, and all refusals, are left to the handlers:
-here their result is None.
+A value is read or set here only if its place alone decides it. The other cases, and all refusals, are left to the
+handlers: here their result is None.
 """
 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import mujoco
-
 from simx_client.protocol.precision import as_single
-from simx_server.scene.objects import ObjectKind
 
 if TYPE_CHECKING:
-    from simx_server.joints.state import JointState
     from simx_server.simulation.simulation import Simulation
     from simx_server.world.world import World
 
-Read = Callable[[tuple[Any, ...]], Any]
+Shortcut = Callable[[Sequence[Any]], Any]
 """Takes the arguments as the script gave them; returns the result of the legacy function. None: make a normal call."""
 
 _WORLD = -1
-_SINGLE_VALUES = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 
 
 class Addresses:
@@ -36,39 +31,44 @@ class Addresses:
         self._version = -1
         """`Simulation.model_version` of the places: it changes with the model, with its objects and with a stop."""
 
-        self._joints: dict[int, tuple[int, JointState]] = {}
         self._bodies: dict[int, int] = {}
-        self._qpos = self._xpos = memoryview(array("d"))
+        self._xpos = memoryview(array("d"))
         self._number, self._vector = array("f", [0.0]), array("f", [0.0, 0.0, 0.0])
         """Make numbers of single precision in a third of the time of ``struct``."""
 
-        self._reads: dict[str, Read] = {
+        self._shortcuts: dict[str, Shortcut] = {
             "simxGetJointPosition": self._joint_position,
+            "simxSetJointTargetPosition": self._set_target,
             "simxGetObjectPosition": self._object_position,
             "simxGetIntegerSignal": self._integer_signal,
             "simxGetFloatSignal": self._float_signal,
             "simxGetStringSignal": self._string_signal,
         }
 
-    def read_of(self, function: str) -> Read | None:
-        """Return how the value of a legacy function is read at its address; None if it has none."""
-        return self._reads.get(function)
+    def shortcut(self, function: str) -> Shortcut | None:
+        """Return how a legacy function reads or sets its value at its address; None if it has none."""
+        return self._shortcuts.get(function)
 
-    def _joint_position(self, arguments: tuple[Any, ...]) -> tuple[int, float] | None:
+    def _joint_position(self, arguments: Sequence[Any]) -> tuple[int, float] | None:
         (handle,) = arguments
-        if self._version != self._simulation.model_version:
-            self._renew()
-        place = self._joints.get(handle) if handle.__class__ is int else None
-        if place is None:
-            return self._add_joint(handle)
-        index, state = place
-        if state.cyclic:
-            return None  # it is brought into one turn
+        if handle.__class__ is not int:
+            return None
         number = self._number
-        number[0] = self._qpos[index] + state.offset
+        try:
+            number[0] = self._simulation.joints.position(handle)
+        except Exception:
+            return None  # the call in the normal way fails too, and is answered with the reason
         return 0, number[0]
 
-    def _object_position(self, arguments: tuple[Any, ...]) -> tuple[int, list[float]] | None:
+    def _set_target(self, arguments: Sequence[Any]) -> int | None:
+        handle, value = arguments
+        if handle.__class__ is not int or value.__class__ is not float:
+            return None
+        number = self._number
+        number[0] = value
+        return 0 if self._simulation.joints.aim(handle, number[0]) else None
+
+    def _object_position(self, arguments: Sequence[Any]) -> tuple[int, list[float]] | None:
         handle, relative_to = arguments
         if self._version != self._simulation.model_version:
             self._renew()
@@ -85,36 +85,24 @@ class Addresses:
         vector[0], vector[1], vector[2] = positions[index], positions[index + 1], positions[index + 2]
         return 0, vector.tolist()
 
-    def _integer_signal(self, arguments: tuple[Any, ...]) -> tuple[int, int] | None:
+    def _integer_signal(self, arguments: Sequence[Any]) -> tuple[int, int] | None:
         value = self._signals.integers.get(arguments[0]) if _is_plain(arguments[0]) else None
         return None if value is None else (0, value)
 
-    def _float_signal(self, arguments: tuple[Any, ...]) -> tuple[int, float] | None:
+    def _float_signal(self, arguments: Sequence[Any]) -> tuple[int, float] | None:
         value = self._signals.floats.get(arguments[0]) if _is_plain(arguments[0]) else None
         return None if value is None else (0, as_single(value))
 
-    def _string_signal(self, arguments: tuple[Any, ...]) -> tuple[int, bytearray] | None:
+    def _string_signal(self, arguments: Sequence[Any]) -> tuple[int, bytearray] | None:
         value = self._signals.strings.get(arguments[0]) if _is_plain(arguments[0]) else None
         return None if value is None else (0, bytearray(value))
 
     def _renew(self) -> None:
         """Forget the places of the model before."""
         simulation = self._simulation
-        self._joints.clear()
         self._bodies.clear()
-        data = simulation.data
-        self._qpos, self._xpos = memoryview(data.qpos), memoryview(data.xpos.reshape(-1))
+        self._xpos = memoryview(simulation.data.xpos.reshape(-1))
         self._version = simulation.model_version
-
-    def _add_joint(self, handle: Any) -> None:
-        """Note the place of a joint, for the calls after this one; not of a tendon, or a spherical joint."""
-        simulation = self._simulation
-        item = simulation.scene.objects.get(handle) if handle.__class__ is int else None
-        if item is None or item.kind is not ObjectKind.JOINT or item.element != "joint":
-            return
-        model = simulation.model
-        if model.jnt_type[item.id] in _SINGLE_VALUES:
-            self._joints[handle] = int(model.jnt_qposadr[item.id]), simulation.joints.state(handle)
 
     def _add_body(self, handle: int) -> None:
         """Note the place of an object that is a body."""

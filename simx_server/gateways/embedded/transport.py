@@ -28,11 +28,12 @@ from simx_server.service.answers.replies import Instant
 from simx_server.service.answers.streams import NewestValues
 from simx_server.service.calls.direct import DirectCall
 from simx_server.service.calls.work import BatchWork
+from simx_server.service.clients.rights import may
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.loop import ServerLoop
 from simx_server.simulation.simulation import SimulationState
 
-from .addresses import Addresses, Read
+from .addresses import Addresses, Shortcut
 from .alone import Alone
 from .turns import Turns
 
@@ -139,6 +140,10 @@ class EmbeddedTransport(PackingLink):
         finally:
             self._turns.end()
 
+    @property
+    def has_messages(self) -> bool:
+        return bool(self._deliveries or self._images)
+
     def newest(self) -> bytes | None:
         """Return None: values come by `take_values`."""
         return None
@@ -219,10 +224,10 @@ class EmbeddedTransport(PackingLink):
         direct = self._direct(session, command)
         if command.name == TRIGGER:
             return self._step(direct, alone, report)
-        read = self._addresses.read_of(command.name)
-        return None if read is None else self._read(direct, read)
+        shortcut = self._addresses.shortcut(command.name) if may(session, command) else None
+        return None if shortcut is None else self._short(direct, shortcut)
 
-    def _read(self, direct: DirectCall, read_at: Read) -> ShortWay:
+    def _short(self, direct: DirectCall, shortcut: Shortcut) -> ShortWay:
         turns, executor = self._turns, self._service.executor
         lock, is_held_here, is_first_at, note_time = (
             turns.lock,
@@ -232,12 +237,12 @@ class EmbeddedTransport(PackingLink):
         )
         simulation = self._service.simulation
 
-        def read(arguments: tuple[Any, ...]) -> Any:
+        def call(arguments: Sequence[Any]) -> Any:
             if executor.log_of_calls is not None or is_held_here() or not lock.acquire(False):
                 return None
             turns.owner = get_ident()
             try:
-                result = read_at(arguments)
+                result = shortcut(arguments)
                 if result is not None:
                     if (began := is_first_at()) is not None:
                         direct.record(perf_counter() - began)
@@ -249,13 +254,13 @@ class EmbeddedTransport(PackingLink):
                 turns.owner = 0
                 lock.release()
 
-        return read
+        return call
 
     def _step(self, direct: DirectCall, alone: Alone, report: Callable[[str], object]) -> ShortWay:
         turns, simulation = self._turns, self._service.simulation
         lock, is_held_here = turns.lock, turns.is_held_here
 
-        def step(_arguments: tuple[Any, ...]) -> int | None:
+        def step(_arguments: Sequence[Any]) -> int | None:
             if is_held_here() or not lock.acquire(False):
                 return None
             turns.owner = get_ident()
