@@ -358,7 +358,10 @@ class Scene:
 
     def overridden(self, handle: int) -> int:
         """Return the `sim_modelproperty_*` bits that an object gets from its models. Cached until they change."""
-        known, way = self._overridden, list[int]()
+        known = self._overridden
+        if (bits := known.get(handle)) is not None:
+            return bits
+        way = list[int]()
         while handle not in known and handle in self.objects:
             way.append(handle)
             handle = self.objects[handle].parent

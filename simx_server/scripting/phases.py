@@ -145,9 +145,10 @@ class Phases:
 
     def handle_children(self, function: str, *values: Any) -> int:
         """Call a function of all child scripts, for actuation after their threads; return how many have it."""
-        if function == ACTUATION:
-            self._resume(self._scripts.called().children)
-        return self._call(self._scripts.called().children, function, *values)
+        children = self._scripts.called().children
+        if function == ACTUATION and self._resume(children):
+            children = self._scripts.called().children
+        return self._call(children, function, *values)
 
     def handle_customizations(self, function: str, *values: Any) -> int:
         """Call a function of all customization scripts, as a main script wishes: the phase does not call them again.
@@ -185,10 +186,14 @@ class Phases:
                 have_it += 1
         return have_it
 
-    def _resume(self, scripts: tuple[Script, ...]) -> None:
+    def _resume(self, scripts: tuple[Script, ...]) -> bool:
+        """Resume the threads of these scripts; return whether there are any."""
+        have_threads = False
         for script in scripts:
             if script.has_thread:
+                have_threads = True
                 self._lives.resume(script)
+        return have_threads
 
     def start(self) -> None:
         simulated = [one for one in self._simulated() if one.starts_enabled]

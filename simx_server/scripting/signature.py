@@ -15,10 +15,10 @@ import re
 import types
 import typing
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, cast
 
-from simx_client.protocol.kinds import to_int32
+from simx_client.protocol.kinds import apply, to_int32
 
 from ..errors import CommandError
 from .interpreter import Function, Plain
@@ -313,6 +313,12 @@ class Signature:
     gives_number: bool = False
     """Whether the result is one number."""
 
+    conversions: tuple[Callable[[Any], Any], ...] = field(init=False, repr=False, compare=False)
+    """Those of the parameters."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "conversions", tuple(each.convert for each in self.parameters))
+
     @classmethod
     def of(cls, function: Callable[..., Any]) -> Signature:
         hints = typing.get_type_hints(function, include_extras=True)
@@ -333,14 +339,12 @@ class Signature:
         Raises:
             CommandError: an argument has the wrong type; the text numbers the argument and names the type.
         """
-        bound: list[Any] = []
-        if len(values) == len(self.parameters) and self.rest is None and None not in values:
+        if len(values) == len(self.conversions) and self.rest is None and None not in values:
             try:
-                for parameter, value in zip(self.parameters, values, strict=True):
-                    bound.append(parameter.convert(value))
-                return bound
+                return list(map(apply, self.conversions, values))
             except TypeError:
-                bound.clear()  # found again below, where the error gets its text
+                pass  # found again below, where the error gets its text
+        bound: list[Any] = []
         for index, parameter in enumerate(self.parameters, 1):
             if index <= len(values):
                 bound.append(_bind(index, parameter, values[index - 1]))

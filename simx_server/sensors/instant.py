@@ -145,7 +145,7 @@ class Instant:
     def __init__(self, copies: PoseCopies, numbers: Array, surroundings: Surroundings) -> None:
         """Note a moment; `numbers`: what `copies` has copied."""
         self.surroundings = surroundings
-        self._poses = copies.poses(numbers)
+        self._copies, self._numbers = copies, numbers
         self._detectable: dict[str | None, NDArray[np.bool_]] = {}
         self._points: dict[str | None, Points] = {}
 
@@ -153,7 +153,7 @@ class Instant:
         """Return one of the arrays and keep it; `cached_property` takes a lock, which is half of the time."""
         if name not in _POSE_ARRAYS:
             raise AttributeError(f"an instant has no {name}")
-        found = self.__dict__[name] = self._poses.array(name)
+        found = self.__dict__[name] = self._copies.poses(self._numbers).array(name)
         return found
 
     @property

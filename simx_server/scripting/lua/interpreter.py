@@ -240,7 +240,7 @@ class LuaInterpreter:
             return []
         if answer is None:
             return None
-        ok, *results = answer if isinstance(answer, tuple) else (answer,)
+        ok, *results = answer if answer.__class__ is tuple else (answer,)
         if ok is not True:
             raise ScriptError(self._explain(_shown(results[0])))
         return [self._from_lua(value) for value in results]
@@ -324,7 +324,9 @@ class LuaInterpreter:
             values: from Lua.
         """
         if kinds is None:
-            return [self._from_lua(value) for value in values]
+            return (
+                list(values) if _SIMPLE.issuperset(map(type, values)) else list(map(self._from_lua, values))
+            )
         return [
             self._from_lua(value) if kind == _ALONE else self._numbers(kind, value)
             for kind, value in zip(kinds, values, strict=True)
