@@ -229,8 +229,13 @@ class Modes:
         key = marshal.key(arguments)
         return None if key in self._streams else key
 
-    def note_reply(self, time_ms: int) -> None:
-        """Note the simulation time of a reply that did not come through these modes."""
+    def has_stream(self, key: Key, stream_id: int) -> bool:
+        """Return whether this is the id of the stream of a key."""
+        stream = self._streams.get(key)
+        return stream is not None and stream[0] == stream_id
+
+    def note_time(self, time_ms: int) -> None:
+        """Note the simulation time of a result that did not come through these modes."""
         self.last_command_time_ms = time_ms
 
     def answered_directly(self, marshal: Marshal, key: Key, reply: Reply | None) -> Any:

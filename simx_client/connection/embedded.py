@@ -12,13 +12,16 @@ from typing import Any
 from simx_client.calls.marshalling import Marshal
 from simx_client.protocol import constants as c
 from simx_client.protocol.messages import STATUS_OK, Delivery, Pace, Reply, of_fields
-from simx_client.transport.direct import DirectFunction, DirectTransport, ShortWay
+from simx_client.transport.direct import DirectFunction, DirectTransport, ShortWay, StreamWay
 
 from .connection import MESSAGE_ID_MASK, Connection
 from .message_header import client_time
 from .timeouts import DEFAULT_TIMEOUT
 
-_BLOCKING, _ONESHOT = c.simx_opmode_blocking, c.simx_opmode_oneshot
+_BLOCKING, _ONESHOT, _BUFFER = c.simx_opmode_blocking, c.simx_opmode_oneshot, c.simx_opmode_buffer
+
+_Ways = tuple[DirectFunction, ShortWay | None, StreamWay | None]
+"""How a function is executed, the same without marshalling, and how the newest value of its stream is read."""
 
 
 class EmbeddedConnection(Connection):
@@ -36,8 +39,7 @@ class EmbeddedConnection(Connection):
     ) -> None:
         """Prepare a connection; ``connect`` makes it. The arguments are those of `Connection`."""
         self._direct: DirectTransport | None = None
-        self._calls: dict[Marshal, DirectFunction] = {}
-        self._short_ways: dict[Marshal, ShortWay] = {}
+        self._ways: dict[Marshal, _Ways] = {}
         """Those of the functions called before."""
 
         def opened() -> DirectTransport:
@@ -48,57 +50,101 @@ class EmbeddedConnection(Connection):
 
     def invoke(self, marshal: Marshal, arguments: tuple[Any, ...], mode: int) -> Any:
         """Make one legacy call in one operation mode; return the result of the legacy function."""
-        direct, modes = self._direct, self._modes
+        direct = self._direct
         if direct is None or mode.__class__ is not int:
             return super().invoke(marshal, arguments, mode)
         with self._lock:
-            if not direct.is_direct or self._closed or self._pauses:
-                pass
-            elif mode == _BLOCKING:
-                if self._pace is Pace.FREE or not direct.is_running_freely:
-                    short = self._short_ways.get(marshal)
-                    if short is not None and not modes.outbox and marshal.command.name not in modes.has_kept:
-                        result = short(arguments)
-                        if result is not None:
-                            self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
-                            self._header = None
-                            modes.note_reply(direct.replied_at_ms)
-                            return result
-                    values = marshal.coerce(arguments)
-                    if slot := modes.free_slot(marshal, values, mode):
-                        return modes.answered_directly(marshal, slot, self._execute(direct, marshal, values))
-            elif mode == _ONESHOT:
-                values = marshal.coerce(arguments)
-                if slot := modes.free_slot(marshal, values, mode):
-                    short = self._short_ways.get(marshal)
-                    if short is not None and marshal.gives_nothing and short(values) == 0:
-                        self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
-                        self._header = None
-                        reply = of_fields(Reply, (0, STATUS_OK, direct.replied_at_ms, []))
-                    else:
-                        reply = self._execute(direct, marshal, values)
-                    return modes.sent_directly(marshal, slot, reply)
-            else:
-                values = marshal.coerce(arguments)
-                self._drain()
-                result = modes.call(marshal, values, mode)
-                if modes.outbox:
-                    self._flush()
-                return result
+            if direct.is_direct and not (self._closed or self._pauses):
+                ways = self._ways.get(marshal) or self._find_ways(direct, marshal)
+                if mode == _BLOCKING:
+                    result = self._block(direct, ways, marshal, arguments)
+                elif mode == _ONESHOT:
+                    result = self._set(direct, ways, marshal, arguments)
+                else:
+                    result = self._look(direct, ways, marshal, arguments, mode)
+                if result is not None:
+                    return result
         return super().invoke(marshal, arguments, mode)
 
-    def _execute(self, direct: DirectTransport, marshal: Marshal, values: list[Any]) -> Reply | None:
-        call = self._calls.get(marshal)
-        if call is None:
-            call = self._calls[marshal] = direct.prepare(marshal.command)
-            if short := direct.short_way(marshal.command, self._log_once):
-                self._short_ways[marshal] = short
-        self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
-        self._header = None
+    def _block(
+        self, direct: DirectTransport, ways: _Ways, marshal: Marshal, arguments: tuple[Any, ...]
+    ) -> Any:
+        """Make a call in blocking mode; None: it has to be made by message."""
+        if self._pace is not Pace.FREE and direct.is_running_freely:
+            return None
+        call, short, _ = ways
+        modes = self._modes
+        if short is not None and not modes.outbox and marshal.command.name not in modes.has_kept:
+            result = short(arguments)
+            if result is not None:
+                self._count_direct()
+                modes.note_time(direct.replied_at_ms)
+                return result
+        values = marshal.coerce(arguments)
+        slot = modes.free_slot(marshal, values, _BLOCKING)
+        return slot and modes.answered_directly(marshal, slot, self._execute(call, values))
+
+    def _set(self, direct: DirectTransport, ways: _Ways, marshal: Marshal, arguments: tuple[Any, ...]) -> Any:
+        """Make a call in oneshot mode; None: it has to be made by message."""
+        call, short, _ = ways
+        values = marshal.coerce(arguments)
+        slot = self._modes.free_slot(marshal, values, _ONESHOT)
+        if slot is None:
+            return None
+        if short is not None and marshal.gives_nothing and short(values) == STATUS_OK:
+            self._count_direct()
+            reply = of_fields(Reply, (0, STATUS_OK, direct.replied_at_ms, []))
+        else:
+            reply = self._execute(call, values)
+        return self._modes.sent_directly(marshal, slot, reply)
+
+    def _look(
+        self,
+        direct: DirectTransport,
+        ways: _Ways,
+        marshal: Marshal,
+        arguments: tuple[Any, ...],
+        mode: int,
+    ) -> Any:
+        """Make a call in another mode: these concern what has arrived, and streams."""
+        newest, modes = ways[2], self._modes
+        if mode == _BUFFER and newest is not None and not (modes.outbox or direct.has_messages):
+            found = newest(arguments)
+            if found is not None and modes.has_stream(marshal.key(arguments), found[0]):
+                modes.note_time(found[1])
+                return found[2]
+        values = marshal.coerce(arguments)
+        self._drain()
+        result = modes.call(marshal, values, mode)
+        if modes.outbox:
+            self._flush()
+        return result
+
+    def _find_ways(self, direct: DirectTransport, marshal: Marshal) -> _Ways:
+        """Find how a function is executed, for its calls from now on."""
+        command = marshal.command
+        ways = self._ways[marshal] = (
+            direct.prepare(command),
+            direct.short_way(command, self._log_once),
+            direct.stream_way(command, self._forget_header),
+        )
+        return ways
+
+    def _execute(self, call: DirectFunction, values: list[Any]) -> Reply | None:
+        self._count_direct()
         reply = call(values, self.timeout)
         if reply is not None and reply[1] and reply[3]:
             self._log_once(str(reply[3][0]))
         return reply
+
+    def _count_direct(self) -> None:
+        """Count calls that need no message as one, and have the newest header be that of their replies."""
+        self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
+        self._header = None
+
+    def _forget_header(self) -> None:
+        """Have the newest header be that of values which came without a message."""
+        self._header = None
 
     def send_together(self, calls: Iterable[tuple[Marshal, list[Any], Callable[[Reply], None]]]) -> list[int]:
         """Execute calls; see `Connection.send_together`. After a time-out, the rest of them is not executed.
@@ -117,8 +163,7 @@ class EmbeddedConnection(Connection):
             )
             if replies is None:
                 return super().send_together(calls)
-            self.message_id = (self.message_id + 1) & MESSAGE_ID_MASK
-            self._header = None
+            self._count_direct()
             for (_, _, take), reply in zip(calls, replies, strict=False):
                 take(reply)
             return [] if len(replies) == len(calls) else [self._modes.new_call_id() for _ in calls]

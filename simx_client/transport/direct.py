@@ -22,6 +22,12 @@ function in blocking mode. The result is None if the call has to be made in the 
 """
 
 
+StreamWay = Callable[[Sequence[Any]], tuple[int, int, Any] | None]
+"""Reads the newest value of a stream: takes the arguments as the script gave them; returns the stream's id, the
+simulated time of the value in ms and the result of the legacy function. None: the values have to be taken.
+"""
+
+
 class DirectTransport(Transport, Protocol):
     """A link that can also execute a call in the caller's thread, without a message."""
 
@@ -70,6 +76,14 @@ class DirectTransport(Transport, Protocol):
 
     def take_values(self) -> list[Reply]:
         """Return the newest values of the small streams; empty if they were taken already."""
+        ...
+
+    def stream_way(self, command: Command, seen: Callable[[], object]) -> StreamWay | None:
+        """Return how the newest value of a command's stream is read without taking the others; None if it cannot be.
+
+        Args:
+            seen: is called when the first of the newest values is read in this way.
+        """
         ...
 
     def header(self, message_id: int, client_time: int) -> Delivery | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from simx_server.errors import CommandError
 from simx_server.motion_profiles import Goal
@@ -42,7 +42,20 @@ class Joints(Machine):
             return _wrapped(value)
         if binding.element == "joint":
             self._positions[handle] = memoryview(self._sim.data.qpos), binding.qpos, state
+            self.places_version += 1
         return value
+
+    def copied_positions(self) -> memoryview:
+        """Return a copy of `qpos`, for `known_places`."""
+        return memoryview(self._measured.numbers())
+
+    def known_places(self, handles: Iterable[int]) -> dict[int, tuple[int, float]]:
+        """Return where the positions of these joints are in `qpos`, and what is added to them, as far as it is known.
+
+        It stays so until `places_version` changes.
+        """
+        places = ((handle, self._positions.get(handle)) for handle in handles)
+        return {handle: (place[1], place[2].offset) for handle, place in places if place is not None}
 
     def set_position(self, handle: int, value: float) -> None:
         """Put the joint there at once (clamped to its interval; cyclic: wrapped to -pi..pi), velocity zero.
@@ -272,6 +285,7 @@ class Joints(Machine):
         low = finite(minimum, "an interval's minimum") - state.offset
         high = low + max(0.0, finite(extent, "an interval's range"))
         state.cyclic = bool(cyclic) and binding.kind == "hinge"
+        self.forget_places()
         model = self._sim.model
         limited, ranges = (
             (model.tendon_limited, model.tendon_range)
@@ -364,6 +378,7 @@ class Joints(Machine):
         for name, value in settings.items():
             setattr(state, name, value)
         state.motor_was_set |= "motor" in settings
+        self.forget_places()
         self._apply(handle)
 
     def is_coupled(self, handle: int) -> bool:

@@ -136,6 +136,8 @@ class Machine:
         """Joints whose position is a number of `qpos`, plus their offset; found when it is read."""
         self._targets: dict[int, Place] = {}
         """Joints whose target is a number of the position controllers; found when it is set."""
+        self.places_version = 0
+        """Increases when positions are found, and when they have to be found again."""
         self.bind_all()
 
     def bind_all(self) -> None:
@@ -280,6 +282,7 @@ class Machine:
                 state = self._states[copy] = copied(self._states[original])
                 state.master = copies.get(state.master, state.master)
                 self._apply(copy)
+        self.forget_places()
 
     @property
     def has_inert(self) -> bool:
@@ -315,9 +318,10 @@ class Machine:
         self._measured.forget()
 
     def forget_places(self) -> None:
-        """Find again where positions and targets are: arrays, settings, or the rules of joints have changed."""
+        """Find again where positions and targets are: there are other arrays, or other settings."""
         self._positions.clear()
         self._targets.clear()
+        self.places_version += 1
 
     def ask(
         self,
@@ -331,7 +335,7 @@ class Machine:
             custom: joints of them that ask only in custom control.
             kinematic: joints whose targets a call-back serves outside force mode.
         """
-        self.forget_places()
+        self._targets.clear()
         self._served = frozenset(kinematic)
         self._custom = frozenset(custom)
         if not asked and not self._asked:
@@ -511,7 +515,7 @@ class Machine:
 
         It takes over the memory of the old one. Many changes in a row make a single one.
         """
-        self.forget_places()
+        self._targets.clear()
         if self._stepper is not None:
             self._earlier, self._stepper = self._stepper, None
 

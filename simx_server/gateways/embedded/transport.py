@@ -18,12 +18,13 @@ from typing import Any, cast
 
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.commands import TRIGGER, Command
-from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery, Reply, Welcome, of_fields
+from simx_client.protocol.messages import PROTOCOL_VERSION, Delivery, Reply, Welcome, of_fields
 from simx_client.protocol.precision import Values
-from simx_client.transport.direct import DirectFunction, ShortWay
+from simx_client.transport.direct import DirectFunction, ShortWay, StreamWay
 from simx_server.limits import LimitReached
 from simx_server.service.answers.answers import Answer
 from simx_server.service.answers.link import PackingLink
+from simx_server.service.answers.positions import JOINT_POSITION
 from simx_server.service.answers.replies import Instant
 from simx_server.service.answers.streams import NewestValues
 from simx_server.service.calls.direct import DirectCall
@@ -35,6 +36,7 @@ from simx_server.simulation.simulation import SimulationState
 
 from .addresses import Addresses, Shortcut
 from .alone import Alone
+from .published import Published
 from .turns import Turns
 
 _MOST_WAITED = 0.05
@@ -43,6 +45,8 @@ _MOST_WAITED = 0.05
 
 class EmbeddedTransport(PackingLink):
     """A ``simx_client.transport.direct.DirectTransport`` to a server loop in this process."""
+
+    copies_positions = True
 
     def __init__(self, loop: ServerLoop, turns: Turns, client: str, name: str, port: int) -> None:
         """Make a link; ``greet`` joins the server.
@@ -62,11 +66,8 @@ class EmbeddedTransport(PackingLink):
 
         self._deliveries: deque[bytes] = deque()
         self._came = threading.Event()
-        self._published: Sequence[tuple[int, Command, Answer, int]] = ()
-        """The newest values of the streams that the client has not taken: id, command, answer and time in ms."""
-
-        self._computed: Instant | None = None
-        """When these values were computed."""
+        self._published: Published | None = None
+        """The newest values of the streams, until the client takes them."""
 
         self._replied: tuple[float, SimulationState, int] | None = None
         """When the client took the newest values, or got its newest direct reply."""
@@ -359,21 +360,49 @@ class EmbeddedTransport(PackingLink):
 
     def take_values(self) -> list[Reply]:
         """Return the newest values of the streams that came since the last call; refresh them if that is due."""
-        session = self._session
+        published, session = self._published, self._session
         if session is None:
             return []
-        if not self._published and self._service.due.are_streams_due():
+        if (published is None or published.is_seen) and self._service.due.are_streams_due():
             self._turn(math.inf)
-        if not self._published:
+            published = self._published
+        if published is None:
             return []
-        published, self._published = self._published, ()
-        self._replied = self._computed
-        replies: list[Reply] = []
-        for stream_id, command, (status, results), time_ms in published:
-            if status == STATUS_OK:
-                results = self._direct(session, command).received(results)
-            replies.append(of_fields(Reply, (stream_id, status, time_ms, results)))
-        return replies
+        self._published = None
+        if not published.is_seen:
+            self._see(published)
+        return published.replies(lambda command, values: self._direct(session, command).received(values))
+
+    def stream_way(self, command: Command, seen: Callable[[], object]) -> StreamWay | None:
+        """Return a function that reads the newest value of a stream without taking the others; None if it cannot.
+
+        Args:
+            seen: is called when the first of the newest values is read.
+        """
+        if command.name != JOINT_POSITION:
+            return None
+        due = self._service.due
+
+        def newest(arguments: Sequence[Any]) -> tuple[int, int, tuple[int, float]] | None:
+            published, (handle,) = self._published, arguments
+            if published is None or handle.__class__ is not int:
+                return None
+            if published.is_seen and due.are_streams_due():
+                return None
+            found = published.position(handle)
+            if found is None:
+                return None
+            if not published.is_seen:
+                self._see(published)
+                seen()
+            stream_id, position = found
+            return stream_id, published.time_ms, (0, position)
+
+        return newest
+
+    def _see(self, published: Published) -> None:
+        """Note that the client reads published values, which are then the newest that its header tells of."""
+        published.is_seen, self._replied = True, published.at
 
     def header(self, message_id: int, client_time: int) -> Delivery | None:
         """Return the newest direct reply, or values of streams, in the form of a message's header."""
@@ -395,8 +424,4 @@ class EmbeddedTransport(PackingLink):
     def publish(self, values: NewestValues) -> None:
         """Keep the newest values of the streams; `take_values` gives them the form that a message would give them."""
         if self._session is not None:
-            self._published = [
-                (stream_id, value.command, value.answer, value.time_ms)
-                for stream_id, value in values.of_streams()
-            ]
-            self._computed = self._service.messages.instant()
+            self._published = Published(values, self._service.messages.instant())

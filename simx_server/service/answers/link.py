@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from simx_client.protocol.codec import encode
 from simx_client.protocol.messages import Delivery
@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 class Link:
     """A link that sends nothing. Any thread, except `publish`; no method blocks for long, or changes what it gets."""
+
+    copies_positions: ClassVar[bool] = False
+    """The client reads its streams of joint positions from a copy, see `positions.py`."""
 
     def deliver(self, delivery: Delivery) -> None:
         """Send replies; every one arrives, in order."""

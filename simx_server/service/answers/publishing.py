@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future
 from functools import partial
 from operator import attrgetter
@@ -22,8 +22,9 @@ from simx_server.service.calls.executor import Executor
 from simx_server.service.clients.sessions import ClientSession
 
 from .answers import Answer
+from .positions import JOINT_POSITION, Positions, find_positions
 from .replies import Messages
-from .streams import NewestValues, Question, Shared, StepAnswers, Stream, Value
+from .streams import NewestValues, Question, Shared, StepAnswers, Stream, Streams, Value
 
 logger = logging.getLogger(__name__)
 
@@ -140,23 +141,44 @@ class Publisher:
             if session.streams.by_id:
                 try:
                     longest = LONGEST_STEPPED if is_stepped else LONGEST
-                    limit = _Limit(longest if is_bounded else math.inf)
-                    self._publish_client(session, answers, limit, every_image=is_stepped)
+                    seconds = longest if is_bounded else math.inf
+                    self._publish_client(session, answers, seconds, every_image=is_stepped)
                 except Exception:
                     logger.exception("the streams of client %s failed and are ended", session.name)
                     session.streams.clear()
 
     def _publish_client(
-        self, session: ClientSession, answers: StepAnswers, limit: _Limit, *, every_image: bool
+        self, session: ClientSession, answers: StepAnswers, longest: float, *, every_image: bool
     ) -> None:
         now, time_ms = time.monotonic(), self._messages.time_ms()
         streams = session.streams
-        self._compute_shared(session, answers, time_ms, limit)
-        if streams.single:
-            self._compute_single(session, answers, limit.end, time_ms, now, every_image=every_image)
+        positions, numbers = self._copy_positions(streams) if session.link.copies_positions else (None, None)
+        shares = streams.shares() if positions is None else positions.others
+        if shares or streams.single:
+            limit = _Limit(longest)
+            self._compute_shared(session, shares, answers, time_ms, limit)
+            if streams.single:
+                self._compute_single(session, answers, limit.end, time_ms, now, every_image=every_image)
         if streams.shared or any(stream.value is not None for stream in streams.single.values()):
             head = partial(self._messages.delivery, session, [])
-            session.link.publish(NewestValues(streams, now, head, partial(self._packer, session, time_ms)))
+            packer = partial(self._packer, session, time_ms)
+            session.link.publish(NewestValues(streams, now, time_ms, head, packer, positions, numbers))
+
+    def _copy_positions(self, streams: Streams) -> tuple[Positions, memoryview | None]:
+        """Return the streams that can be read from a copy of the joints' numbers, and the copy; None: there are none.
+
+        They count as executed.
+        """
+        joints, positions = self._simulation.joints, streams.positions
+        if positions is None or not positions.holds(joints, streams):
+            positions = streams.positions = find_positions(joints, streams)
+        count = len(positions.places)
+        if not count:
+            return positions, None
+        began = time.perf_counter()
+        numbers = joints.copied_positions()
+        self._executor.metrics.executed(JOINT_POSITION, (time.perf_counter() - began) / count, count)
+        return positions, numbers
 
     def _compute_single(
         self,
@@ -212,13 +234,18 @@ class Publisher:
             session.link.deliver(self._messages.delivery(session, taken))
 
     def _compute_shared(
-        self, session: ClientSession, answers: StepAnswers, time_ms: int, limit: _Limit
+        self,
+        session: ClientSession,
+        shares: Sequence[Shared],
+        answers: StepAnswers,
+        time_ms: int,
+        limit: _Limit,
     ) -> None:
         """Compute the shared streams of this client that were not computed in this round, while there is time."""
         now, has_begun, execute = time.perf_counter, False, self._executor.execute
         only_reads = True
         streams, this = session.streams, self._round
-        due = [share for share in streams.shares() if share.round != this]
+        due = [share for share in shares if share.round != this]
         if streams.is_cut:
             due.sort(key=attrgetter("round"))
         streams.is_cut = False

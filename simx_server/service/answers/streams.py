@@ -9,16 +9,19 @@ rendered.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Container, Hashable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.codec import encode_delivery
 from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import Delivery
 
 from .answers import Answer
+
+if TYPE_CHECKING:
+    from .positions import Positions
 
 REPEAT = 0.25
 """Seconds after which unchanged stream values are sent once more, in case a message was dropped."""
@@ -122,24 +125,29 @@ class Streams:
     next_single: int = 0
     """The first of `single` that was left out because time ran out, or 0."""
 
-    _shares: list[Shared] | None = None
-    """The shared parts of the streams of `shared`, in their order; None after a change of these streams."""
+    positions: Positions | None = None
+    """Those of `shared` that were read from a copy in the last round."""
 
-    _values: Sequence[tuple[int, Value]] | None = None
-    """The same with the ids of these streams."""
+    _shared_values: Sequence[tuple[int, Shared]] | None = None
+    """What `shared_values` returns; None after a change of these streams."""
 
     _parts: list[bytes] = field(default_factory=list[bytes])
     """Their heads and newest answers, alternating."""
 
+    def shared_values(self) -> Sequence[tuple[int, Shared]]:
+        """Return the ids of `shared`, and what they share with others, in the order they were armed.
+
+        It is the same object until these streams change.
+        """
+        if self._shared_values is None:
+            both = [(stream, stream.shared) for stream in self.shared.values() if stream.shared is not None]
+            self._shared_values = [(stream.stream_id, share) for stream, share in both]
+            self._parts = [part for stream, _ in both for part in (stream.head, b"")]
+        return self._shared_values
+
     def shares(self) -> list[Shared]:
         """Return what these streams share with others, in the order they were armed."""
-        if self._shares is None:
-            both = [
-                (stream.head, stream.shared) for stream in self.shared.values() if stream.shared is not None
-            ]
-            self._shares = [share for _, share in both]
-            self._parts = [part for head, _ in both for part in (head, b"")]
-        return self._shares
+        return [share for _, share in self.shared_values()]
 
     def parts(self, pack: Callable[[Value], bytes]) -> list[bytes]:
         """Return the newest answers as they travel, each behind its stream's head.
@@ -147,21 +155,20 @@ class Streams:
         Args:
             pack: packs an answer that is not packed yet.
         """
-        self._parts[1::2] = [pack(share) if share.packed is None else share.packed for share in self.shares()]
+        shares = self.shares()
+        self._parts[1::2] = [pack(share) if share.packed is None else share.packed for share in shares]
         parts = self._parts.copy()
         for stream in self.single.values():
             if (value := stream.value) is not None:
                 parts += (stream.head, pack(value) if value.packed is None else value.packed)
         return parts
 
-    def values(self) -> Sequence[tuple[int, Value]]:
+    def values(self, *, without: Container[int] = ()) -> Sequence[tuple[int, Value]]:
         """Return the id of each stream that has a value, and this value, in the order in which they were armed."""
-        if self.single:
-            values = ((stream_id, stream.value) for stream_id, stream in self.by_id.items())
-            return [(stream_id, value) for stream_id, value in values if value is not None]
-        if self._values is None:
-            self._values = list(zip(self.shared, self.shares(), strict=True))
-        return self._values
+        if not self.single and not without:
+            return self.shared_values()
+        values = ((each, stream.value) for each, stream in self.by_id.items() if each not in without)
+        return [(stream_id, value) for stream_id, value in values if value is not None]
 
     def arm(self, stream: Stream) -> None:
         """Add a stream; it was executed once already, as part of the call."""
@@ -169,7 +176,7 @@ class Streams:
         self.cancel(stream.stream_id)
         self.by_id[stream.stream_id] = stream
         (self.single if stream.shared is None else self.shared)[stream.stream_id] = stream
-        self._shares = self._values = None
+        self._shared_values = None
 
     def single_in_turn(self) -> list[Stream]:
         """Return the streams of `single`, starting with those that had to wait."""
@@ -185,7 +192,7 @@ class Streams:
             stream.shared = None
             del self.shared[stream.stream_id]
             self.single[stream.stream_id] = stream
-        self._shares = self._values = None
+        self._shared_values = None
 
     def images_on_the_way(self) -> list[Future[Any]]:
         """Return the images that are requested and not rendered yet."""
@@ -199,35 +206,42 @@ class Streams:
         if self.by_id.pop(stream_id, None) is not None:
             self.shared.pop(stream_id, None)
             self.single.pop(stream_id, None)
-            self._shares = self._values = None
+            self._shared_values = None
 
     def clear(self) -> None:
         """End all streams."""
         for streams in (self.by_id, self.shared, self.single):
             streams.clear()
-        self._shares = self._values = None
+        self._shared_values = None
 
 
 class NewestValues:
     """The newest values of the small streams of one client. Physics thread, until the next simulation step."""
 
-    __slots__ = ("_head", "_now", "_packer", "_streams")
+    __slots__ = ("_head", "_now", "_packer", "_streams", "numbers", "positions", "time_ms")
 
     def __init__(
         self,
         streams: Streams,
         now: float,
+        time_ms: int,
         head: Callable[[], Delivery],
         packer: Callable[[], Callable[[Value], bytes]],
+        positions: Positions | None = None,
+        numbers: memoryview | None = None,
     ) -> None:
         """Make them.
 
         Args:
             streams: those of the client.
             now: the time on the monotonic clock.
+            time_ms: the simulated time in milliseconds.
             head: makes the delivery without replies.
             packer: returns a function that packs an answer that is not packed yet.
+            positions: the streams that are read from a copy, if the link copies positions.
+            numbers: the copy.
         """
+        self.time_ms, self.positions, self.numbers = time_ms, positions, numbers
         self._streams, self._now, self._head, self._packer = streams, now, head, packer
 
     @property
@@ -236,8 +250,11 @@ class NewestValues:
         return self._head()
 
     def of_streams(self) -> Sequence[tuple[int, Value]]:
-        """Return the id of each stream that has a value, and this value."""
-        return self._streams.values()
+        """Return the id of each stream that has a value, and this value; not of `positions`."""
+        positions = self.positions
+        if positions is None:
+            return self._streams.values()
+        return self._streams.values(without=positions.ids) if self._streams.single else positions.values
 
     def packed(self) -> bytes:
         """Return them as a message, each packed once for all clients; empty if the same was sent a moment ago."""

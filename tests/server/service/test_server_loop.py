@@ -321,7 +321,9 @@ def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_step(wo
     cid, told = world.client(), []
     v.simxGetJointPosition(cid, 1, v.simx_opmode_streaming)
     world.settle()
-    link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
+    link = SimpleNamespace(
+        deliver=lambda payload: None, publish=told.append, close=lambda: None, copies_positions=False
+    )
     world.loop.service.clients.join("other", "other", 0, link)
     arming = [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])]
 
@@ -346,7 +348,9 @@ def test_unchanged_streams_are_repeated_after_a_quarter_second_and_changed_ones_
     clock, told = [100.0], []
     clocks = {"perf_counter": time.perf_counter, "thread_time": time.thread_time}
     monkeypatch.setattr(publishing, "time", SimpleNamespace(monotonic=lambda: clock[0], **clocks))
-    link = SimpleNamespace(deliver=lambda payload: None, publish=told.append, close=lambda: None)
+    link = SimpleNamespace(
+        deliver=lambda payload: None, publish=told.append, close=lambda: None, copies_positions=False
+    )
     world.loop.service.clients.join("reader", "reader", 0, link)
     world.loop.service.queue.submit(
         "reader", BatchWork(encode(Batch(1, 0, [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])])))

@@ -1,0 +1,61 @@
+"""The newest values of the streams of one client, as they were after a simulation step, until the client takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from simx_client.protocol.messages import STATUS_OK, Reply, of_fields
+from simx_client.protocol.precision import Values, as_single
+
+if TYPE_CHECKING:
+    from simx_client.protocol.commands import Command
+    from simx_server.service.answers.replies import Instant
+    from simx_server.service.answers.streams import NewestValues
+
+
+class Published:
+    """Values that are not written any more. Their form is not yet that of a message."""
+
+    __slots__ = ("_numbers", "_others", "_places", "at", "is_seen", "time_ms")
+
+    def __init__(self, values: NewestValues, at: Instant) -> None:
+        """Keep what is published.
+
+        Args:
+            at: the present instant.
+        """
+        self.at, self.time_ms = at, values.time_ms
+        self.is_seen = False
+        """Whether the client has read one of them."""
+
+        self._numbers = values.numbers
+        self._places = {} if values.positions is None else values.positions.places
+        self._others = [
+            (stream_id, value.command, value.answer, value.time_ms)
+            for stream_id, value in values.of_streams()
+        ]
+
+    def position(self, handle: int) -> tuple[int, float] | None:
+        """Return the id of the stream of a joint's position, and the position; None if it has to be taken."""
+        place = self._places.get(handle)
+        if place is None or self._numbers is None:
+            return None
+        stream_id, index, offset = place
+        return stream_id, as_single(self._numbers[index] + offset)
+
+    def replies(self, received: Callable[[Command, Values], Values]) -> list[Reply]:
+        """Return them as messages would bring them.
+
+        Args:
+            received: gives the results of a command that form.
+        """
+        replies: list[Reply] = []
+        for handle in self._places:
+            if (found := self.position(handle)) is not None:
+                replies.append(of_fields(Reply, (found[0], STATUS_OK, self.time_ms, [found[1]])))
+        for stream_id, command, (status, results), time_ms in self._others:
+            if status == STATUS_OK:
+                results = received(command, results)
+            replies.append(of_fields(Reply, (stream_id, status, time_ms, results)))
+        return replies

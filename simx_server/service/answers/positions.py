@@ -1,0 +1,61 @@
+"""Streams of joint positions for a client in this process, which reads them from a copy of the joints' numbers.
+
+After a step nothing is computed for such a stream: the copy is made by one call, and a position that the client does
+not read costs nothing more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from .streams import Shared, Streams, Value
+
+if TYPE_CHECKING:
+    from simx_server.joints import Joints
+
+JOINT_POSITION = "simxGetJointPosition"
+
+Place = tuple[int, int, float]
+"""The id of a stream, an index in the copy, and what is added to the number there."""
+
+
+class Positions(NamedTuple):
+    """Which streams of a client are read from a copy. It holds until the streams or the joints' places change."""
+
+    joints: Joints
+    version: int
+    streams: Sequence[tuple[int, Value]]
+    places: Mapping[int, Place]
+    """By the joint's handle."""
+
+    ids: Container[int]
+    """Of these streams."""
+
+    others: Sequence[Shared]
+    """What the other streams share with those of other clients."""
+
+    values: Sequence[tuple[int, Value]]
+    """The same with the ids of their streams."""
+
+    def holds(self, joints: Joints, streams: Streams) -> bool:
+        """Return whether nothing has changed since this was found."""
+        return (
+            self.streams is streams.shared_values()
+            and self.joints is joints
+            and self.version == joints.places_version
+        )
+
+
+def find_positions(joints: Joints, streams: Streams) -> Positions:
+    """Find the streams of a client that can be read from a copy: of joints whose place is known."""
+    values = streams.shared_values()
+    wanted = {
+        share.question[1]: stream_id for stream_id, share in values if share.command.name == JOINT_POSITION
+    }
+    known = joints.known_places(wanted)
+    places = {handle: (wanted[handle], *place) for handle, place in known.items()}
+    ids = {stream_id for stream_id, _, _ in places.values()}
+    others = [(stream_id, share) for stream_id, share in values if stream_id not in ids]
+    shares = [share for _, share in others]
+    return Positions(joints, joints.places_version, values, places, ids, shares, others)
