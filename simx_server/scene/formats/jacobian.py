@@ -48,4 +48,4 @@ def solver_problem(model: mujoco.MjModel) -> str:
 
 
 def _closes_loops(model: mujoco.MjModel) -> bool:
-    return bool(np.isin(model.eq_type, _LOOPS).any())
+    return bool(model.neq) and bool(np.isin(model.eq_type, _LOOPS).any())

@@ -49,6 +49,8 @@ _REFERENCES = frozenset(
 
 _LISTS = {"equality": "equalities"}
 
+_QUATERNION = mujoco.mjtOrientation.mjORIENTATION_QUAT
+
 _ASSETS = {"meshname": "mesh", "hfieldname": "hfield", "material": "material"}
 """Attributes that name an asset, and its kind."""
 
@@ -118,10 +120,8 @@ class Copier:
             raise CommandError(f"'{old.name}' uses a plugin and cannot be moved or copied")
         # mujoco has no types.
         form = _form_of(type(old))  # pyright: ignore[reportUnknownArgumentType]
-        for name in form.values:
+        for name in form.values:  # arrays too: a spec's element takes over the numbers
             setattr(new, name, getattr(old, name))
-        for name in form.arrays:
-            getattr(new, name)[:] = getattr(old, name)
         for name in form.lists:
             value = getattr(old, name)
             if len(value) or len(getattr(new, name)):  # writing one takes as long as all others together
@@ -192,7 +192,6 @@ class _Form:
     """The attributes that define an element of a class, except its name, by how they are copied."""
 
     values: tuple[str, ...]
-    arrays: tuple[str, ...]
     lists: tuple[str, ...]
     orientations: tuple[str, ...]
     references: tuple[str, ...]
@@ -205,16 +204,14 @@ def _form_of(kind: type) -> _Form:
     one = _sample(kind)
     names = [name for name in attributes_of(kind) if name != "name"]
     orientations = tuple(name for name in names if name in ("alt", "ialt"))
-    arrays = tuple(name for name in names if isinstance(getattr(one, name), np.ndarray))
     lists = tuple(
         name
         for name in names
         if hasattr(value := getattr(one, name), "__len__") and not isinstance(value, np.ndarray | str)
     )
-    others = {*orientations, *arrays, *lists}
+    others = {*orientations, *lists}
     return _Form(
         values=tuple(name for name in names if name not in others),
-        arrays=arrays,
         lists=lists,
         orientations=orientations,
         references=tuple(name for name in names if name in _REFERENCES),
@@ -236,7 +233,9 @@ def _sample(kind: type) -> Any:
 
 
 def _copy_orientation(old: Any, new: Any) -> None:
-    new.type = old.type
+    if (kind := old.type) == new.type == _QUATERNION:
+        return  # the other numbers are not used; nearly all elements are so
+    new.type = kind
     for name in ("axisangle", "xyaxes", "zaxis", "euler"):
         getattr(new, name)[:] = getattr(old, name)
 
