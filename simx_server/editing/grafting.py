@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import mujoco
 
 from simx_server.scene.editing.copies.element_copies import Copier
-from simx_server.scene.editing.copies.joining import join
+from simx_server.scene.editing.copies.joining import join, weight_of
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.model_files import strip
@@ -65,13 +65,13 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     first = scene.next_handle
     prefix = f"{first}{GRAFT_END}"
     names = _names(sim, addition)
-    strip(addition.spec)
+    strip(part := addition.spec)
 
     def surgery(spec: mujoco.MjSpec) -> None:
         if addition.copies:
-            Copier(lambda name: prefix + name, references=True).everything(addition.spec, spec)
+            Copier(lambda name: prefix + name, references=True).everything(part, spec)
             return
-        join(addition.spec, spec, prefix)
+        join(part, spec, prefix)
 
     edit(
         sim,
@@ -91,6 +91,7 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
             },
             start=addition.start.renamed(prefix),
         ),
+        repeats=len(part.bodies) if addition.copies else weight_of(part, scene.blueprint.base),
     )
     if addition.copies:
         for (name, array), value in scene.withheld.items():

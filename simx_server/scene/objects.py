@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
@@ -22,6 +22,7 @@ from simx_server.errors import UnknownHandle, WrongKind
 from .assets.asset_files import AssetFiles
 from .editing.in_place.slots import Slots
 from .editing.twins import Names
+from .editing.waiting.blueprint import Blueprint, Change
 from .formats.annotations import Annotation, Annotations
 from .naming.paths import resolve
 from .poses.start import Start
@@ -29,9 +30,6 @@ from .poses.start import Start
 if TYPE_CHECKING:
     from .formats.vrep.report import Report
     from .formats.vrep.source import VrepSource
-
-Change = Callable[[mujoco.MjSpec], None]
-"""An operation on a spec."""
 
 NOT_A_MODEL = 0xF000
 """`sim_modelproperty_not_model`."""
@@ -115,15 +113,14 @@ class Scene:
     def __init__(
         self,
         objects: Mapping[int, SceneObject],
-        spec: mujoco.MjSpec,
+        spec: mujoco.MjSpec | Blueprint,
         path: Path | None,
         next_handle: int,
         annotations: Annotations | None = None,
     ) -> None:
         self.objects: dict[int, SceneObject] = dict(objects)
-        self._spec = spec
-        self._owed: tuple[Change, ...] = ()
-        """Changes that the spec has not got yet, in their order."""
+        self.blueprint = spec if isinstance(spec, Blueprint) else Blueprint(spec)
+        """What the next edit's model is made of."""
         self.is_edited_in_place = False
         """The model has edits that were made without a compile: the next one numbers its elements differently."""
         self.path = path
@@ -185,16 +182,7 @@ class Scene:
 
         The model may have more: slots, and what is left of objects that were removed without a compile.
         """
-        if self._owed:
-            spec = self._spec.copy()
-            for change in self._owed:
-                change(spec)
-            self._spec, self._owed = spec, ()
-        return self._spec
-
-    def owe(self, change: Change) -> None:
-        """Note a change that is made in the spec when the spec is needed."""
-        self._owed = (*self._owed, change)
+        return self.blueprint.spec
 
     def edited_in_place(self, change: Change) -> Scene:
         """Return a twin, in which an edit without a compile can be made.
@@ -203,7 +191,7 @@ class Scene:
             change: does to the spec what the edit does to the model.
         """
         twin = self.twin()
-        twin.owe(change)
+        twin.blueprint = twin.blueprint.then(change)
         twin.is_edited_in_place = True
         return twin
 
@@ -230,7 +218,7 @@ class Scene:
     @property
     def name(self) -> str:
         """Return the file stem, or the model's name of a scene without a file."""
-        return self.path.stem if self.path is not None else self._spec.modelname or "empty"
+        return self.path.stem if self.path is not None else self.blueprint.base.modelname or "empty"
 
     def reindex(self) -> None:
         """Discard the look-up tables after objects or parents changed. Each is rebuilt at its next use."""

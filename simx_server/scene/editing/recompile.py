@@ -17,6 +17,7 @@ from simx_server.scene.tree import Addition
 from .successor import succeed
 from .transfer import carry_over
 from .twins import Names, Twins
+from .waiting.blueprint import Blueprint
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
@@ -39,6 +40,7 @@ def edit(
     weightless: set[str] | None = None,
     added: Addition | None = None,
     reweighed: Collection[str] = (),
+    repeats: float | None = None,
 ) -> None:
     """Operate on a copy of the spec, compile it, carry the state over. A failure leaves all as it was.
 
@@ -50,13 +52,14 @@ def edit(
         hidden: name of one more body without an object.
         added: the spec that the surgery adds.
         reweighed: names of bodies whose mass and inertia the surgery sets.
+        repeats: the surgery only adds, as much as this number of bodies, and can be made again in other copies.
     """
     refuse_in_physics(sim)
     sim.refresh()
     old = sim.scene
     if added is not None:
         sim.limits.check("objects", len(old.objects) + len(added.names), "remove some")
-    spec, slots = old.spec.copy(), old.slots.renewed()
+    slots = old.slots.renewed()
     weights = old.weightless_bodies if weightless is None else weightless
     copies = added.prefix if added is not None and added.copies else None
     # A body that only replaces a copy's missing link keeps its given weight.
@@ -66,8 +69,14 @@ def edit(
         *(added.hidden if added is not None else ()),
     }
     try:
-        surgery(spec)
-        model = compile_edited(spec, old, slots)
+        if repeats is not None:
+            blueprint = old.blueprint.then(surgery, repeats)
+        else:
+            spec = old.spec.copy()
+            surgery(spec)
+            file_assets(spec)
+            blueprint = Blueprint(spec)
+        model = compile_edited(blueprint, old, slots)
     except (ValueError, mujoco.FatalError, SceneError) as error:
         raise refusal(error) from error
     data = mujoco.MjData(model)
@@ -93,7 +102,7 @@ def edit(
         )
         names = added.names
     scene, touched = succeed(
-        old, sim.model, spec, model, twins, annotations, hidden_bodies, names, frozenset(slots.sites)
+        old, sim.model, blueprint, model, twins, annotations, hidden_bodies, names, frozenset(slots.sites)
     )
     scene.slots = slots
     scene.model_properties = {h: bits for h, bits in old.model_properties.items() if h in scene.objects}
@@ -114,16 +123,15 @@ def edit(
     sim.replace_model(scene, model, data, twins)
 
 
-def compile_edited(spec: mujoco.MjSpec, old: Scene, slots: Slots) -> mujoco.MjModel:
-    """Compile the spec of an edited scene. Raises as `spec.compile`.
+def compile_edited(blueprint: Blueprint, old: Scene, slots: Slots) -> mujoco.MjModel:
+    """Compile an edited scene. Raises as `spec.compile`.
 
     Args:
         old: the scene before the edit.
         slots: the model gets these too.
     """
-    file_assets(spec)
     # The warnings were logged when the scene was loaded.
-    return compile_spec(spec, logging.DEBUG, old.files, slots)
+    return compile_spec(blueprint.draft(len(old.owners)), logging.DEBUG, old.files, slots, True)
 
 
 def set_constants(model: mujoco.MjModel) -> None:

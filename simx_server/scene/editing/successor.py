@@ -20,6 +20,7 @@ from simx_server.scene.objects import Scene, SceneObject
 from simx_server.scene.tree import Builder
 
 from .twins import Twins
+from .waiting.blueprint import Blueprint
 
 _KINDS = {"geom": "geom", "site": "site", "camera": "cam", "light": "light", "joint": "jnt"}
 """Kinds of elements in a body: object's term to the prefix of the model's arrays."""
@@ -31,7 +32,7 @@ _SENSED = (_SENSOR.mjSENS_RANGEFINDER.value, _SENSOR.mjSENS_FORCE.value, _SENSOR
 def succeed(
     old_scene: Scene,
     old_model: mujoco.MjModel,
-    spec: mujoco.MjSpec,
+    blueprint: Blueprint,
     model: mujoco.MjModel,
     twins: Twins,
     annotations: Annotations,
@@ -48,7 +49,7 @@ def succeed(
     """
     successor = _Successor(old_scene, old_model, model, twins, annotations, hidden, given_names, unseen_sites)
     successor.build()
-    scene = Scene(successor.all, spec, old_scene.path, successor.next_handle, annotations)
+    scene = Scene(successor.all, blueprint, old_scene.path, successor.next_handle, annotations)
     scene.hidden_bodies, scene.unseen_sites = hidden, unseen_sites
     scene.owners = successor.owners
     scene.parent_overrides = successor.overrides()

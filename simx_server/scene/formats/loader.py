@@ -193,6 +193,7 @@ def compile_spec(
     level: int = logging.WARNING,
     files: AssetFiles | None = None,
     slots: Slots | None = None,
+    is_draft: bool = False,
 ) -> mujoco.MjModel:
     """Compile a copy of a spec and log MuJoCo's warnings, such as deprecated attributes. Raises as `spec.compile`.
 
@@ -202,9 +203,11 @@ def compile_spec(
         level: of the warnings in the log.
         files: keeps the spec's files in memory for the next compile.
         slots: the model gets these too.
+        is_draft: the spec is compiled, not a copy; the caller does not use it again.
     """
     make_room()
-    spec = spec.copy()
+    if not is_draft:
+        spec = spec.copy()
     if slots is not None:
         slots.add_to(spec)
     with physics_warnings.collected() as told:

@@ -27,8 +27,7 @@ def compile_waiting(sim: LiveScene, waiting: Waiting) -> None:
     sim.refresh()
     scene = waiting.scene
     try:
-        spec = scene.spec
-        model = compile_edited(spec, waiting.before, scene.slots)
+        model = compile_edited(scene.blueprint, waiting.before, scene.slots)
     except (ValueError, mujoco.FatalError, SceneError) as error:
         waiting.before.next_handle = scene.next_handle  # programs know the handles
         raise refusal(error) from error

@@ -19,7 +19,9 @@ from simx_server.scene.poses.start import Start
 if TYPE_CHECKING:
     import mujoco
 
-    from simx_server.scene.objects import Change, Scene
+    from simx_server.scene.objects import Scene
+
+    from .blueprint import Blueprint, Change
 
 
 @dataclass
@@ -33,8 +35,10 @@ class Waiting:
     scene: Scene
     handles: set[int] = field(default_factory=set[int])
     """The new shapes that wait."""
-    removed: list[str] = field(default_factory=list[str])
-    """Names of bodies that the next change of the spec deletes."""
+    _removed: tuple[str, ...] = ()
+    """Names of the bodies that the last change of the spec deletes."""
+    _before_removals: Blueprint | None = None
+    """What these are deleted from."""
     edits: int = 0
     calls: list[tuple[int, Callable[[], object]]] = field(
         default_factory=list[tuple[int, Callable[[], object]]]
@@ -54,22 +58,20 @@ class Waiting:
 
     def added(self, handle: int, change: Change) -> None:
         """Note a new shape; `change` adds it to the spec."""
-        self.removed = []  # what is removed from now on is deleted after the shape is there
-        self.scene.owe(change)
+        # What is removed from now on is deleted after the shape is there.
+        self._removed, self._before_removals = (), None
+        self.scene.blueprint = self.scene.blueprint.then(change, 1)
         self.handles.add(handle)
         self.edits += 1
 
     def delete(self, name: str) -> None:
         """Delete a body from the spec, together with those before and after it: one costs as much as fifty."""
-        doomed = self.removed
-        if not doomed:
-
-            def change(spec: mujoco.MjSpec) -> None:
-                delete_all(spec, [("body", each) for each in doomed])
-                doomed.clear()
-
-            self.scene.owe(change)
-        doomed.append(name)
+        if self._before_removals is None:
+            self._before_removals = self.scene.blueprint
+        self._removed = doomed = (*self._removed, name)
+        self.scene.blueprint = self._before_removals.then(
+            lambda spec: delete_all(spec, [("body", each) for each in doomed])
+        )
         self.edits += 1
 
     def call(self, action: Callable[[], object]) -> None:

@@ -1,0 +1,73 @@
+"""What a scene's model is made of: a spec, and changes that the spec has not got yet.
+
+To copy a spec takes as long as to compile it. An edit that adds a few bodies therefore changes only the copy that is
+compiled, and is noted here: the next compile makes it once more in its own copy. When that has become dearer than
+another copy of the spec, the noted changes are made in one that is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf
+
+import mujoco
+
+from simx_server.scene.assets.filing import file_assets
+
+Change = Callable[[mujoco.MjSpec], None]
+"""An operation on a spec, which may be made in several copies of it."""
+
+_COPIED = 12
+"""Bodies that MuJoCo copies with a spec in the time in which one is added to it."""
+
+
+class Blueprint:
+    """A spec and changes. What it stands for never changes: a further change makes another blueprint."""
+
+    def __init__(self, spec: mujoco.MjSpec) -> None:
+        """Take a spec, which is not changed from now on."""
+        self._spec = spec
+        self._changes: tuple[Change, ...] = ()
+        self._bodies = 0.0
+        """Bodies that the changes add, and their costs in bodies."""
+        self._added = 0.0
+        """Bodies that drafts have added since the spec was copied."""
+
+    @property
+    def base(self) -> mujoco.MjSpec:
+        """Return the spec without changes, which has the settings of the whole: no change concerns them."""
+        return self._spec
+
+    @property
+    def spec(self) -> mujoco.MjSpec:
+        """Return the spec with all changes; it must not be changed."""
+        if self._changes:
+            spec = self._spec.copy()
+            for change in self._changes:
+                change(spec)
+            file_assets(spec)
+            self._spec, self._changes, self._bodies, self._added = spec, (), 0.0, 0.0
+        return self._spec
+
+    def then(self, change: Change, bodies: float = inf) -> Blueprint:
+        """Return the blueprint with one more change.
+
+        Args:
+            change: the change.
+            bodies: how many bodies can be added in the time that it takes; by default more than there are.
+        """
+        other = Blueprint(self._spec)
+        other._changes = (*self._changes, change)
+        other._bodies, other._added = self._bodies + bodies, self._added
+        return other
+
+    def draft(self, bodies: int) -> mujoco.MjSpec:
+        """Return a spec with all changes that the caller may change. `bodies`: about how many it has."""
+        self._added += self._bodies
+        if self._added * _COPIED > bodies:
+            return self.spec.copy()
+        spec = self._spec.copy()
+        for change in self._changes:
+            change(spec)
+        file_assets(spec)
+        return spec
