@@ -10,7 +10,7 @@ top of the tree.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Set
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -18,13 +18,14 @@ import numpy as np
 
 from simx_server.scene import properties
 from simx_server.scene.editing.copies.kept import Kept
+from simx_server.scene.editing.copies.straight import Straight
 from simx_server.scene.editing.extracting import extract
 from simx_server.scene.editing.transplant import move_body, move_leaf
 from simx_server.scene.editing.welding import body_name, start_pose
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.placing import body_pose, element_pose, free_joint
-from simx_server.scene.poses.poses import compose, inverse
+from simx_server.scene.poses.poses import Pose, compose, inverse
 from simx_server.scene.registered import concerned
 from simx_server.scene.spec_elements import bodies_of, leaves_of
 
@@ -56,8 +57,7 @@ def copy_objects(world: World, handles: list[int], kept: Kept | None = None) -> 
     if not chosen:
         return []
     sim.refresh()
-    pruned = Pruned(sim, chosen)
-    added = graft(sim, pruned.graft(kept))
+    added = graft(sim, _graft(Selection(sim, chosen), kept))
     items = {handle: scene.objects[handle] for handle in sorted(chosen)}
     copies = {
         handle: added[item.element, item.element_name]
@@ -91,36 +91,53 @@ def _chosen(scene: Scene, handles: list[int], kept: Kept) -> tuple[list[int], se
     return shown, chosen
 
 
-class Pruned:
-    """A spec that contains only the chosen objects, those without a carrier at the top."""
+def _graft(selection: Selection, kept: Kept) -> Graft:
+    """Return what the copies add to the scene."""
+    straight = selection.straight() if kept.textures else None
+    if straight is not None:
+        return selection.graft(kept, straight, straight.names, {("body_", name) for name in straight.tops})
+    pruned = Pruned(selection)
+    if not kept.textures:
+        _strip_textures(pruned.spec, selection.sim.scene.spec.materials)
+    bodies = [body.name for body in bodies_of(pruned.spec)]
+    return selection.graft(kept, pruned.spec, bodies, pruned.moved, pruned.carriers)
+
+
+class Selection:
+    """The chosen objects, and the bodies that are copied for them."""
 
     def __init__(self, sim: Simulation, chosen: set[int]) -> None:
         self.sim = sim
         self.items = [sim.scene.objects[handle] for handle in sorted(chosen)]
         self.chosen = {(item.element, item.element_name) for item in self.items}
-        self.moved: set[Element] = set()
-        self.carriers: set[str] = set()
         self.kept = self._kept_bodies()
-        self.spec = self._extracted()
-        self._move_to_the_top()
-        for body, whole in self.kept.items():
-            if not whole:
-                self._make_carrier(sim.model.body(body).name)
 
-    def graft(self, kept: Kept) -> Graft:
-        """Return the remaining spec, ready to be added."""
-        if not kept.textures:
-            _strip_textures(self.spec, self.sim.scene.spec.materials)
+    def graft(
+        self,
+        kept: Kept,
+        part: mujoco.MjSpec | Straight,
+        names: Iterable[str],
+        moved: Set[Element],
+        carriers: Set[str] = frozenset(),
+    ) -> Graft:
+        """Return the objects, ready to be added.
+
+        Args:
+            kept: the settings of the copies.
+            part: what is added to the scene's spec.
+            names: of its bodies.
+            moved: elements with a new place, as in `Graft`.
+            carriers: names of its bodies that replace missing children of joints.
+        """
         dropped = set[str]() if kept.scripts else set(SCRIPT_NOTES)
         if not kept.data:
             dropped.add("data")
         if not kept.references:
             dropped.add("references")
-        scene = self.sim.scene
-        bodies = {body.name for body in bodies_of(self.spec)}
-        placed = {name for array, name in self.moved if array == "body_"}
+        scene, bodies = self.sim.scene, set(names)
+        placed = {name for array, name in moved if array == "body_"}
         return Graft(
-            spec=self.spec,
+            part=part,
             names={(item.element, item.element_name): item.name for item in self.items},
             annotations={
                 item.name: {kind: note for kind, note in item.annotations.items() if kind not in dropped}
@@ -129,11 +146,35 @@ class Pruned:
             },
             registered=_concerning(self.sim, {item.name for item in self.items}),
             copies=True,
-            moved=self.moved,
-            hidden=(bodies & scene.hidden_bodies) | self.carriers,
+            moved=moved,
+            hidden=(bodies & scene.hidden_bodies) | carriers,
             welded=(bodies & scene.welded_bodies) - placed,
             weightless=bodies & scene.weightless_bodies,
         )
+
+    def straight(self) -> Straight | None:
+        """Return the bodies as they are, if they can be copied so: nothing of them is left out but other objects."""
+        sim, model = self.sim, self.sim.model
+        if not all(self.kept.values()):
+            return None
+        if any(
+            item.element == "tendon" or item.body not in self.kept or item.element == "geom"
+            for item in self.items
+        ):
+            return None
+        tops: dict[str, Pose] = {}
+        for body in self.kept:
+            name, above = model.body(body).name, int(model.body_parentid[body])
+            is_top = above not in self.kept
+            if self.lost_joints(body) or (is_top and name in sim.scene.welded_bodies):
+                return None
+            if is_top and above != 0:
+                tops[name] = start_pose(sim, body)
+        bodies = {
+            model.body(body).name: body_name(sim, int(model.body_parentid[body]))
+            for body in sorted(self.kept)
+        }
+        return Straight(sim.scene.blueprint.having(bodies), bodies, tops, self.left_out())
 
     def _kept_bodies(self) -> dict[int, bool]:
         """Return kept body id to whether its object is copied; False: it only carries a joint or force sensor."""
@@ -145,7 +186,7 @@ class Pruned:
         waiting = sorted(whole)
         while waiting:
             for body in np.flatnonzero(model.body_parentid == heapq.heappop(waiting)).tolist():
-                if scene.by_element("body", body) is None and not self._lost_joints(body):
+                if scene.by_element("body", body) is None and not self.lost_joints(body):
                     parts.append(body)
                     heapq.heappush(waiting, body)
         kept |= dict.fromkeys(sorted(parts), True)
@@ -154,27 +195,13 @@ class Pruned:
                 kept.setdefault(item.body, False)
         return kept
 
-    def _extracted(self) -> mujoco.MjSpec:
-        sim, model = self.sim, self.sim.model
-        parents = {body: int(model.body_parentid[body]) for body in sorted(self.kept)}
-        loose = [
-            item for item in self.items if item.element in ("geom", *_PREFIX) and item.body not in self.kept
-        ]
-        loose.sort(key=lambda item: (item.body != 0, item.id if item.body == 0 else 0))
-        tendons = {item.element_name for item in sim.scene.objects.values() if item.element == "tendon"}
-        return extract(
-            sim.scene.spec,
-            {model.body(body).name: body_name(sim, above) for body, above in parents.items()},
-            [(item.element, item.element_name) for item in loose],
-            {("tendon", name) for name in tendons if ("tendon", name) not in self.chosen} | self._left_out(),
-        )
-
-    def _left_out(self) -> set[Element]:
-        """Return the elements in the copied bodies that must not be copied."""
+    def left_out(self) -> set[Element]:
+        """Return the elements in the copied bodies, and the tendons, that must not be copied."""
         model, scene = self.sim.model, self.sim.scene
-        left_out: set[Element] = set()
+        tendons = {item.element_name for item in scene.objects.values() if item.element == "tendon"}
+        left_out = {("tendon", name) for name in tendons if ("tendon", name) not in self.chosen}
         for body, whole in self.kept.items():
-            left_out.update(("joint", joint) for joint in self._lost_joints(body))
+            left_out.update(("joint", joint) for joint in self.lost_joints(body))
             if not whole:  # a carrier, without shapes
                 left_out.update(("geom", geom.name) for geom in scene.spec.body(model.body(body).name).geoms)
         for element, bodies in (
@@ -188,20 +215,50 @@ class Pruned:
                     left_out.add((element, scene.objects[handle].element_name))
         return left_out
 
-    def _lost_joints(self, body: int) -> list[str]:
+    def lost_joints(self, body: int) -> list[str]:
         """Return the joints of a body that are not copied."""
         return [joint for joint in _joints(self.sim, body) if ("joint", joint) not in self.chosen]
 
+
+class Pruned:
+    """A spec that contains only the chosen objects, those without a carrier at the top."""
+
+    def __init__(self, selection: Selection) -> None:
+        self._selection = selection
+        self.moved: set[Element] = set()
+        self.carriers: set[str] = set()
+        self.spec = self._extracted()
+        self._move_to_the_top()
+        for body, whole in selection.kept.items():
+            if not whole:
+                self._make_carrier(selection.sim.model.body(body).name)
+
+    def _extracted(self) -> mujoco.MjSpec:
+        sim, model, kept = self._selection.sim, self._selection.sim.model, self._selection.kept
+        parents = {body: int(model.body_parentid[body]) for body in sorted(kept)}
+        loose = [
+            item
+            for item in self._selection.items
+            if item.element in ("geom", *_PREFIX) and item.body not in kept
+        ]
+        loose.sort(key=lambda item: (item.body != 0, item.id if item.body == 0 else 0))
+        return extract(
+            sim.scene.spec,
+            {model.body(body).name: body_name(sim, above) for body, above in parents.items()},
+            [(item.element, item.element_name) for item in loose],
+            self._selection.left_out(),
+        )
+
     def _move_to_the_top(self) -> None:
-        sim, model = self.sim, self.sim.model
-        for body, whole in self.kept.items():
-            name, lost = model.body(body).name, self._lost_joints(body)
+        sim, model, kept = self._selection.sim, self._selection.sim.model, self._selection.kept
+        for body, whole in kept.items():
+            name, lost = model.body(body).name, self._selection.lost_joints(body)
             above = int(model.body_parentid[body])
             welded = name in sim.scene.welded_bodies
-            if (above in self.kept and not lost) or (above == 0 and not lost and not welded):
+            if (above in kept and not lost) or (above == 0 and not lost and not welded):
                 continue
             pose = body_pose(sim, body) if lost else start_pose(sim, body)
-            stays = above in self.kept
+            stays = above in kept
             if stays:
                 pose = compose(inverse(body_pose(sim, above)), pose)
             was_dynamic = welded or (bool(lost) and len(lost) == len(_joints(sim, body)))
@@ -211,8 +268,8 @@ class Pruned:
             if free:
                 _let_fall(self.spec.body(name))
             self.moved.add(("body_", name))
-        for item in self.items:
-            if item.element in _PREFIX and item.body not in self.kept and item.body != 0:
+        for item in self._selection.items:
+            if item.element in _PREFIX and item.body not in kept and item.body != 0:
                 size = model.site_size[item.id] if item.element == "site" else None
                 pose = element_pose(sim, item)
                 move_leaf(self.spec, item.element, item.element_name, "world", pose, size)

@@ -14,6 +14,7 @@ import mujoco
 
 from simx_server.scene.editing.copies.element_copies import Copier
 from simx_server.scene.editing.copies.joining import join, weight_of
+from simx_server.scene.editing.copies.straight import Straight
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.model_files import strip
@@ -31,10 +32,10 @@ Element = tuple[str, str]
 
 @dataclass(frozen=True)
 class Graft:
-    """The spec to be added, with its names and annotations."""
+    """What is to be added, with its names and annotations."""
 
-    spec: mujoco.MjSpec
-    """The spec; adding it consumes it."""
+    part: mujoco.MjSpec | Straight
+    """What is added; a spec belongs to the scene from then on."""
     names: Mapping[Element, str]
     """The original name of each object that it carries."""
     annotations: Mapping[str, dict[str, Annotation]]
@@ -57,7 +58,7 @@ class Graft:
 
 
 def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
-    """Add the spec at the top of the tree, stopped or running; return the handle of each object by element.
+    """Add objects at the top of the tree, stopped or running; return the handle of each object by element.
 
     An object without its element (a tendon without its sites) is left out. Raises CommandError.
     """
@@ -65,13 +66,17 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
     first = scene.next_handle
     prefix = f"{first}{GRAFT_END}"
     names = _names(sim, addition)
-    strip(part := addition.spec)
+    part = addition.part
+    if not isinstance(part, Straight):
+        strip(part)
 
     def surgery(spec: mujoco.MjSpec) -> None:
-        if addition.copies:
+        if isinstance(part, Straight):
+            part.add_to(spec, prefix)
+        elif addition.copies:
             Copier(lambda name: prefix + name, references=True).everything(part, spec)
-            return
-        join(part, spec, prefix)
+        else:
+            join(part, spec, prefix)
 
     edit(
         sim,
@@ -91,7 +96,7 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
             },
             start=addition.start.renamed(prefix),
         ),
-        repeats=len(part.bodies) if addition.copies else weight_of(part, scene.blueprint.base),
+        repeats=_weight(sim, addition),
     )
     if addition.copies:
         for (name, array), value in scene.withheld.items():
@@ -105,6 +110,14 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
         for kind, name in addition.names
         if (kind, prefix + name) in handles
     }
+
+
+def _weight(sim: Simulation, addition: Graft) -> float | None:
+    """Return how much is added, as a number of bodies; None if it should not be added again to another copy."""
+    part = addition.part
+    if isinstance(part, Straight):
+        return part.weight
+    return len(part.bodies) if addition.copies else weight_of(part, sim.scene.blueprint.base)
 
 
 def _names(sim: Simulation, addition: Graft) -> dict[str, str]:

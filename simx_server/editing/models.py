@@ -64,7 +64,7 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
     handles = graft(
         sim,
         Graft(
-            spec=spec,
+            part=spec,
             names=elements,
             annotations=notes,
             welded=model.scene.welded_bodies,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 
-from simx_server.editing.copying import Pruned
+from simx_server.editing.copying import Pruned, Selection
 from simx_server.scene.editing.copies.element_copies import Copier, agree
 from simx_server.scene.editing.model_state import option_values
 from simx_server.scene.editing.saving.settling import settle
@@ -54,7 +54,7 @@ def spec_of_objects(sim: Simulation, handles: Iterable[int]) -> PreparedSpec:
         CommandError: the part has plugins.
     """
     whole = sim.scene.spec
-    pruned = Pruned(sim, set(handles))
+    pruned = Pruned(Selection(sim, set(handles)))
     part = pruned.spec
     agree(part, whole)
     for name in _COMPILING:

@@ -6,7 +6,7 @@ element.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
 from typing import Any
 
@@ -71,60 +71,78 @@ def extract(
         _AS_IT_IS.element(old, twin)
         if old.parent.name == "world":
             _AS_IT_IS.frame(old, twin, part.worldbody, frames["world"])
-    _Acting(spec, part, without).take()
+    present = {kind: {element.name for element in getattr(part, many)} for kind, many in LEAVES.items()}
+    present["body"] = {body.name for body in part.bodies}  # the world too
+    for kind, element in acting_on(spec, present, without):
+        copy_acting(_AS_IT_IS, kind, element, part)
     return part
 
 
+def acting_on(
+    spec: mujoco.MjSpec, present: dict[str, set[str]], without: AbstractSet[tuple[str, str]] = frozenset()
+) -> Iterator[tuple[str, Any]]:
+    """Yield kind and element of the tendons, actuators, sensors, equalities, pairs and exclusions of a part of a spec.
+
+    They name only elements of the part.
+
+    Args:
+        spec: the spec.
+        present: the part: kind to the names of its bodies and leaves. Tendons and actuators are added.
+        without: ("tendon", name) of tendons that do not belong to it.
+    """
+    return _Acting(spec, present, without).find()
+
+
+def copy_acting(copier: Copier, kind: str, element: Any, target: mujoco.MjSpec) -> None:
+    """Copy an element of `acting_on` into a spec."""
+    twin = getattr(target, f"add_{kind}")()
+    copier.element(element, twin)
+    if kind == "tendon":
+        copier.path(element, twin)
+
+
 class _Acting:
-    """Copy the elements that name only elements of the part."""
+    """Find the elements that name only elements of a part."""
 
     def __init__(
-        self, spec: mujoco.MjSpec, part: mujoco.MjSpec, without: AbstractSet[tuple[str, str]]
+        self, spec: mujoco.MjSpec, present: dict[str, set[str]], without: AbstractSet[tuple[str, str]]
     ) -> None:
         self._spec = spec
-        self._part = part
         self._without = without
-        self._present: dict[str, set[str]] = {
-            kind: {element.name for element in getattr(part, many)} for kind, many in LEAVES.items()
-        }
-        self._present["body"] = {body.name for body in part.bodies}  # the world too
-        self._present["tendon"], self._present["actuator"] = set(), set()
+        self._present = present
+        present["tendon"], present["actuator"] = set(), set()
 
-    def take(self) -> None:
-        """Add the tendons, actuators, sensors, equalities, pairs and excludes of the part."""
-        self._take_actuation()
-        self._take_constraints()
+    def find(self) -> Iterator[tuple[str, Any]]:
+        """Yield tendons, actuators, sensors, equalities, pairs and exclusions, each with its kind."""
+        yield from self._actuation()
+        yield from self._constraints()
 
-    def _take_actuation(self) -> None:
-        spec, part = self._spec, self._part
-        for tendon in spec.tendons:
+    def _actuation(self) -> Iterator[tuple[str, Any]]:
+        for tendon in self._spec.tendons:
             if ("tendon", tendon.name) not in self._without and all(map(self._wraps, tendon.path)):
-                twin = part.add_tendon()
-                _AS_IT_IS.element(tendon, twin)
-                _AS_IT_IS.path(tendon, twin)
                 self._present["tendon"].add(tendon.name)
-        for actuator in spec.actuators:
+                yield "tendon", tendon
+        for actuator in self._spec.actuators:
             if self._is_of_the_part(actuator):
-                _AS_IT_IS.element(actuator, part.add_actuator())
                 self._present["actuator"].add(actuator.name)
-        for sensor in spec.sensors:
+                yield "actuator", actuator
+        for sensor in self._spec.sensors:
             if self._has(_KIND_OF.get(sensor.objtype), sensor.objname) and (
                 not sensor.refname or self._has(_KIND_OF.get(sensor.reftype), sensor.refname)
             ):
-                _AS_IT_IS.element(sensor, part.add_sensor())
+                yield "sensor", sensor
 
-    def _take_constraints(self) -> None:
-        spec, part = self._spec, self._part
-        for equality in spec.equalities:
+    def _constraints(self) -> Iterator[tuple[str, Any]]:
+        for equality in self._spec.equalities:
             kind = equality_kind(equality) if equality.type in _HOLDING else None
             if self._has(kind, equality.name1) and (not equality.name2 or self._has(kind, equality.name2)):
-                _AS_IT_IS.element(equality, part.add_equality())
-        for pair in spec.pairs:
+                yield "equality", equality
+        for pair in self._spec.pairs:
             if self._has("geom", pair.geomname1) and self._has("geom", pair.geomname2):
-                _AS_IT_IS.element(pair, part.add_pair())
-        for exclude in spec.excludes:
+                yield "pair", pair
+        for exclude in self._spec.excludes:
             if self._has("body", exclude.bodyname1) and self._has("body", exclude.bodyname2):
-                _AS_IT_IS.element(exclude, part.add_exclude())
+                yield "exclude", exclude
 
     def _has(self, kind: str | None, name: str) -> bool:
         return kind is not None and name in self._present[kind]

@@ -63,7 +63,7 @@ def move_body(
     _rename_all(old)
     new = find_body(spec, new_parent).add_body()
     _AS_BEFORE.body(old, new)
-    _set_pose(new, local)
+    set_pose(new, local)
     if free is True and not any(j.type == mujoco.mjtJoint.mjJNT_FREE for j in new.joints):
         new.add_freejoint().name = f"{INTERNAL}free:{name}"
     spec.delete(old)
@@ -86,7 +86,7 @@ def move_leaf(
     if size is not None:
         new.size[:] = size
         new.fromto[:] = np.nan
-    _set_pose(new, local)
+    set_pose(new, local)
     spec.delete(old)
 
 
@@ -228,7 +228,8 @@ def _rename_all(body: Any) -> None:
         _rename_all(child)
 
 
-def _set_pose(element: Any, local: Pose) -> None:
+def set_pose(element: Any, local: Pose) -> None:
+    """Give an element of a spec a pose in its body."""
     element.pos[:] = local[0]
     if hasattr(element, "quat"):
         element.quat[:] = local[1]

@@ -7,7 +7,7 @@ another copy of the spec, the noted changes are made in one that is kept.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from math import inf
 
 import mujoco
@@ -49,12 +49,18 @@ class Blueprint:
             self._spec, self._changes, self._bodies, self._added = spec, (), 0.0, 0.0
         return self._spec
 
+    def having(self, bodies: Iterable[str]) -> mujoco.MjSpec:
+        """Return a spec that has these bodies, and what acts on them, as the whole has; it must not be changed."""
+        if self._bodies < inf and all(map(self._spec.body, bodies)):  # changes only add others
+            return self._spec
+        return self.spec
+
     def then(self, change: Change, bodies: float = inf) -> Blueprint:
         """Return the blueprint with one more change.
 
         Args:
             change: the change.
-            bodies: how many bodies can be added in the time that it takes; by default more than there are.
+            bodies: of a change that only adds, how many bodies can be added in the same time; by default it does more.
         """
         other = Blueprint(self._spec)
         other._changes = (*self._changes, change)
