@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from simx_server.gateways.descriptors import DescriptorWatch
 from simx_server.gateways.gateway import Entry
 from simx_server.gateways.lane.gateway import open_lane
-from simx_server.gateways.original.gateway import open_original
+from simx_server.gateways.original import open_original
 from simx_server.gateways.ros2.opening import open_ros2
 from simx_server.gateways.script_ports import open_script_ports
 from simx_server.gateways.zenoh.gateway import open_zenoh

@@ -1,4 +1,7 @@
-"""Compose the server: settings in, a serving process out. No other module knows all the parts."""
+"""Compose the server: settings in, a serving process out. No other module knows all the parts.
+
+What only some flags need is imported where it is used: most servers start without.
+"""
 
 from __future__ import annotations
 
@@ -14,25 +17,15 @@ from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
 
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE, INTERRUPTED
 from simx_client.protocol.roster import noted
 from simx_server.errors import CommandError, StartError
 from simx_server.files.library import DEFAULT_SCENE, find_scene
 from simx_server.gateways.descriptors import raise_limit
-from simx_server.history.succession import Inheritance, take_over
-from simx_server.kinematics.planning.ompl_planner import missing as missing_ompl
 from simx_server.kinematics.searching import Searching
-from simx_server.outputs.filming import Film, Moment, Shot, write_snapshot
-from simx_server.outputs.saving import write_saved
-from simx_server.outputs.state_log import StateLog
-from simx_server.parts.communication.command_server import CommandServer
 from simx_server.processes import heap
-from simx_server.recording import Recorder
-from simx_server.recording.log_file import LogReader
-from simx_server.recording.opened import Opened
-from simx_server.scene.formats.exporting.folder import write_folder
-from simx_server.scene.formats.saving import save_mjcf
 from simx_server.scene.trial.helper import Helper
 from simx_server.sensors.opengl.backend import Probe
 from simx_server.sensors.rendering.render_thread import RenderThread
@@ -41,13 +34,16 @@ from simx_server.service.loop import ServerLoop
 from simx_server.service.service import Service
 from simx_server.settings.settings import OMPL, Settings
 from simx_server.simulation.simulation import SimulationState
-from simx_server.viewer.launching import listen, missing, page
 from simx_server.world.warm_up import wait_until_warm
 from simx_server.world.world import World
 
 from .building import build_world
 from .scene_sources import sources_of
 from .serving import Gateways, add_viewers, add_watchers, make_service, open_gateways
+
+if TYPE_CHECKING:
+    from simx_server.history.succession import Inheritance
+    from simx_server.recording import Recorder
 
 logger = logging.getLogger(__name__)
 
@@ -73,8 +69,11 @@ def open_world(
         CommandError: the scene cannot be used.
         StartError: the planner is not installed, or messages of ROS 2 cannot be used.
     """
-    if settings.planner == OMPL and (problem := missing_ompl()):
-        raise StartError(problem)
+    if settings.planner == OMPL:
+        from simx_server.kinematics.planning.ompl_planner import missing
+
+        if problem := missing():
+            raise StartError(problem)
     if rendering is None:
         rendering = RenderThread(limits=settings.limits)
         stack.callback(rendering.close)
@@ -95,6 +94,8 @@ def open_world(
     stack.callback(world.trials.close)
     stack.callback(world.scripts.close)
     if settings.command_server:
+        from simx_server.parts.communication.command_server import CommandServer
+
         world.simulation.parts.attach(CommandServer(world))
     if settings.ros2_messages:
         from simx_server.ros2_messages import read_packages
@@ -115,9 +116,12 @@ def serve(settings: Settings, probe: Probe | None = None, helper: Helper | None 
         probe: tries OpenGL back ends, see `choose_backend`.
         helper: makes trials of clients' files; None: one is started with the first.
     """
-    if settings.view is not None and (problem := missing()):
-        logger.error("%s", problem)
-        return FAILURE
+    if settings.view is not None:
+        from simx_server.viewer.launching import missing
+
+        if problem := missing():
+            logger.error("%s", problem)
+            return FAILURE
     rendering = RenderThread(probe=probe, limits=settings.limits)
     try:
         if settings.replay is not None:
@@ -146,6 +150,8 @@ def _serve(settings: Settings, rendering: RenderThread, helper: Helper | None) -
     with ExitStack() as stack:
         recorder = page_listener = None
         if settings.view is not None:
+            from simx_server.viewer.launching import listen
+
             try:
                 page_listener = stack.enter_context(listen(settings.view, "--view"))
             except OSError as error:
@@ -153,6 +159,8 @@ def _serve(settings: Settings, rendering: RenderThread, helper: Helper | None) -
                 return FAILURE
         try:
             if settings.record is not None:
+                from simx_server.recording import Recorder
+
                 recorder = Recorder(settings.record, settings)
                 stack.callback(recorder.close)
             world = open_world(settings, stack, recorder and recorder.watch, rendering)
@@ -186,6 +194,8 @@ def serve_child(
         recorder = None
         try:
             if settings.record is not None:
+                from simx_server.recording import Recorder
+
                 goes_on = inheritance is not None and bool(inheritance.ended)
                 recorder = Recorder(settings.record, settings, goes_on=goes_on)
                 stack.callback(recorder.close)
@@ -220,9 +230,14 @@ def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: in
         CommandError, StartError: they cannot be made.
     """
     if settings.video is not None:
+        from simx_server.outputs.filming import Film, Shot
+
         shot = Shot(world, settings.camera, settings.size)
         stack.callback(Film(world.simulation, settings.video, shot, settings.fps).close)
     if settings.state_log is not None:
+        from simx_server.outputs.filming import Shot
+        from simx_server.outputs.state_log import StateLog
+
         shot = Shot(world, settings.camera, settings.size) if settings.camera else None
         stack.callback(StateLog(world, settings.state_log, shot, settings.fps, began=began).close)
     if settings.rosbag is not None:
@@ -232,6 +247,8 @@ def attach_outputs(world: World, settings: Settings, stack: ExitStack, began: in
 
 
 def _save_mjcf(path: Path, settings: Settings) -> int:
+    from simx_server.scene.formats.saving import save_mjcf
+
     try:
         save_mjcf(find_scene(settings.scene or DEFAULT_SCENE), path, sources_of(settings))
     except CommandError as error:
@@ -241,6 +258,8 @@ def _save_mjcf(path: Path, settings: Settings) -> int:
 
 
 def _convert(folder: Path, settings: Settings) -> int:
+    from simx_server.scene.formats.exporting.folder import write_folder
+
     try:
         write_folder(find_scene(settings.scene or DEFAULT_SCENE), folder, sources_of(settings))
     except CommandError as error:
@@ -250,6 +269,8 @@ def _convert(folder: Path, settings: Settings) -> int:
 
 
 def _image(path: Path, settings: Settings, rendering: RenderThread) -> int:
+    from simx_server.outputs.filming import Shot, write_snapshot
+
     with ExitStack() as stack:
         try:
             world = open_world(settings, stack, rendering=rendering)
@@ -262,6 +283,8 @@ def _image(path: Path, settings: Settings, rendering: RenderThread) -> int:
 
 
 def _save(path: Path, settings: Settings, rendering: RenderThread) -> int:
+    from simx_server.outputs.saving import write_saved
+
     with ExitStack() as stack:
         try:
             write_saved(open_world(settings, stack, rendering=rendering), path, settings.duration)
@@ -272,7 +295,9 @@ def _save(path: Path, settings: Settings, rendering: RenderThread) -> int:
 
 
 def _replay(recording: Path, settings: Settings, rendering: RenderThread) -> int:
-    # slow, and often not needed
+    from simx_server.outputs.filming import Moment, Shot
+    from simx_server.recording.log_file import LogReader
+    from simx_server.recording.opened import Opened
     from simx_server.recording.replayed import Divergence
     from simx_server.recording.replaying import replay
 
@@ -351,6 +376,8 @@ def run_server(
         ):
             recovered = None
             if inheritance is not None:
+                from simx_server.history.succession import take_over
+
                 recovered = take_over(service, inheritance, recorder)
             elif recorder is not None:
                 recorder.begin(service)
@@ -368,6 +395,8 @@ def run_server(
                 say_ready(gateways, world)
             heap.give_back()  # loading a large scene leaves half of its memory unused
             if page_listener is not None:
+                from simx_server.viewer.launching import page
+
                 ports, arm = gateways.zenoh.ports, settings.operated_arm
                 pages.enter_context(page(page_listener, ports, settings.temporary_port, arm))
             ServerLoop(service).run(

@@ -16,8 +16,8 @@ from simx_server.scene.editing.copies.element_copies import Copier
 from simx_server.scene.editing.copies.joining import join, weight_of
 from simx_server.scene.editing.copies.straight import Straight
 from simx_server.scene.editing.recompile import edit
+from simx_server.scene.editing.transplant import strip
 from simx_server.scene.formats.annotations import Annotation
-from simx_server.scene.formats.model_files import strip
 from simx_server.scene.naming.names import GRAFT_END, copy_names
 from simx_server.scene.poses.start import Start
 from simx_server.scene.registered import renamed, renamed_registered

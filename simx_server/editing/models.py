@@ -13,13 +13,13 @@ from simx_server.scene import properties
 from simx_server.scene.formats.annotations import BROUGHT
 from simx_server.scene.formats.exporting.asset_files import give_full_paths
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
-from simx_server.scene.formats.model_files import Model
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.poses.first_turns import set_turns
 
 from .grafting import Graft, graft
 
 if TYPE_CHECKING:
+    from simx_server.scene.formats.model_files import Model
     from simx_server.world.world import World
 
 logger = logging.getLogger(__name__)

@@ -8,7 +8,6 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,6 +34,8 @@ def main() -> None:
 
 def decode(data: bytes) -> NDArray[np.uint8] | None:
     """Return the pixels (rows, columns, 4) as RGBA, in this process; None for a damaged file."""
+    import cv2  # large, and most servers read no images
+
     try:
         read: Any = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error:

@@ -8,7 +8,6 @@ import struct
 import subprocess
 import sys
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,6 +43,8 @@ def encoded(pixels: Pixels, suffix: str, quality: int = -1) -> bytes:
     Raises:
         CommandError: the file cannot be made.
     """
+    import cv2  # large, and most servers neither read nor write images
+
     order = [2, 1, 0, 3][: pixels.shape[2]]
     level = _USUAL_QUALITY if quality < 0 else min(quality, 100)
     settings = [cv2.IMWRITE_JPEG_QUALITY, level] if suffix in (".jpg", ".jpeg") else []
@@ -94,6 +95,8 @@ def fitted(pixels: Pixels, largest: int) -> Pixels:
     """Return an image with sides of powers of two up to a largest one; 0: as it is."""
     if largest <= 0:
         return pixels
+    import cv2
+
     height, width = (
         1 << max(0, min(math.floor(math.log2(largest)), round(math.log2(side)))) for side in pixels.shape[:2]
     )

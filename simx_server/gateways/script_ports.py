@@ -17,7 +17,6 @@ from simx_server.errors import CommandError
 
 from .errors import GatewayError
 from .gateway import Gateway, Opening
-from .original.gateway import OriginalGateway
 from .zenoh.gateway import ZenohGateway
 
 if TYPE_CHECKING:
@@ -85,6 +84,8 @@ class ScriptPortsGateway(Gateway):
 
     def _gateway(self, port: int) -> Gateway:
         if self._legacy_pace is not None:
+            from .original.gateway import OriginalGateway
+
             return OriginalGateway(self._service, [f"127.0.0.1:{port}"], self._legacy_pace)
         return ZenohGateway(self._service, ports=[port], config=self._config)
 

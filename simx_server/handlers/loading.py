@@ -17,7 +17,7 @@ from simx_server.scene.finding.references import check_references
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_scene as read_scene
 from simx_server.scene.formats.sources import Sources
-from simx_server.scene.formats.urdf.reading import count_links
+from simx_server.scene.formats.urdf.recognising import count_links
 from simx_server.scene.formats.whole_files import is_whole_file
 from simx_server.scene.trial.kinds import MODEL, SCENE
 from simx_server.service.calls.background import Steps

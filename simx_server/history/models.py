@@ -13,7 +13,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import cv2
 import mujoco
 import numpy as np
 
@@ -112,6 +111,8 @@ def _take_data(spec: mujoco.MjSpec) -> _Data:
 @cache
 def _small_files() -> Mapping[str, bytes]:
     """Return the files that take the places of data. The mesh is one whose shapes MuJoCo leaves where they are."""
+    import cv2
+
     lines = [f"v {x} {y} {z}" for x, y, z in _CORNERS] + [f"f {a} {b} {c}" for a, b, c in _SIDES]
     _, pixel = cv2.imencode(".png", np.zeros((1, 1, 3), np.uint8))
     contents = ("\n".join(lines).encode(), pixel.tobytes(), struct.pack("<ii4f", 2, 2, 0, 0, 0, 0))

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 
 from simx_server.scene.formats.sources import Sources
-from simx_server.scene.formats.urdf.reading import is_urdf
+from simx_server.scene.formats.urdf.recognising import is_urdf
 from simx_server.scene.formats.urdf.xacro_files import is_xacro
 from simx_server.settings.conflicts import DECISIVE
 from simx_server.settings.gathering import gather

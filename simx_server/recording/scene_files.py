@@ -9,7 +9,8 @@ from simx_server.files.regular_files import is_file
 from simx_server.scene.formats.includes import included_files
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.surroundings import PARTS
-from simx_server.scene.formats.urdf.reading import is_urdf, urdf_files
+from simx_server.scene.formats.urdf.reading import urdf_files
+from simx_server.scene.formats.urdf.recognising import is_urdf
 from simx_server.scene.formats.whole_files import is_whole
 
 _XML = (".xml", ".mjcf", ".urdf", ".xacro")

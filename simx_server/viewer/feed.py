@@ -37,7 +37,6 @@ from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.constants import sim_joint_spherical_subtype
 from simx_client.protocol.reports import Metrics
 from simx_server.errors import CommandError
-from simx_server.handlers import saving
 from simx_server.history import History
 from simx_server.history.going_on import go_on
 from simx_server.joints.parameters import CONTROL_MODE, get_parameter
@@ -420,6 +419,8 @@ class Feed(Part):
         self._pausing_at = None
 
     def _save(self, file: str = "") -> Saved:
+        from simx_server.handlers import saving  # large, and seldom needed
+
         if not file:
             return {"file": "", "content": saving.scene_content(self._world).data}
         saving.save_scene(self._world, file)

@@ -11,3 +11,24 @@
 `gateway.py`            the ports
 ======================  ===========================================================================
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simx_client.protocol.messages import Pace
+
+if TYPE_CHECKING:
+    from simx_server.gateways.gateway import Opening
+
+    from .gateway import OriginalGateway
+
+
+def open_original(opening: Opening) -> OriginalGateway | None:
+    """Open the ports for clients of the original, if there are any. Raises GatewayError."""
+    settings = opening.settings
+    if not settings.legacy_ports:
+        return None
+    from .gateway import OriginalGateway  # slow, and often not needed
+
+    return OriginalGateway(opening.service, settings.legacy_ports, Pace[settings.legacy_pace.upper()])

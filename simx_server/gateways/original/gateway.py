@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol.messages import Pace
 from simx_server.gateways.errors import GatewayError
 from simx_server.gateways.exposure import plain_exposure
-from simx_server.gateways.gateway import Opening
 from simx_server.gateways.listening import Listening
 
 from .connection import GATEWAY, Connection
@@ -30,14 +29,6 @@ BACKLOG = 10
 
 CLOSE_TIMEOUT = 2.0
 """Seconds for the threads of the connections to end."""
-
-
-def open_original(opening: Opening) -> OriginalGateway | None:
-    """Open the ports for clients of the original, if there are any. Raises GatewayError."""
-    settings = opening.settings
-    if not settings.legacy_ports:
-        return None
-    return OriginalGateway(opening.service, settings.legacy_ports, Pace[settings.legacy_pace.upper()])
 
 
 class OriginalGateway(Listening[Connection]):

@@ -25,7 +25,6 @@ from __future__ import annotations
 import json
 import logging
 import os
-import tomllib
 from collections.abc import Callable
 from datetime import date, time
 from pathlib import Path, PureWindowsPath
@@ -110,7 +109,7 @@ def read_ui_file(path: Path, data: bytes | None = None) -> list[CustomUI]:
         if (path.stat().st_size if data is None else len(data)) > MAX_FILE:
             raise UIFileError(f"{path.name} is larger than {MAX_FILE} bytes")
         text = (path.read_bytes() if data is None else data).decode()
-        content: Any = load_json(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
+        content: Any = load_json(text) if path.suffix.lower() == ".json" else _load_toml(text)
     except (OSError, ValueError, RecursionError) as error:
         raise UIFileError(f"{path.name} cannot be read: {error}") from None
     where = path.name
@@ -118,6 +117,12 @@ def read_ui_file(path: Path, data: bytes | None = None) -> list[CustomUI]:
     return [
         _ui(entry, f"{where}: ui {number}") for number, entry in enumerate(_list(table, "ui", where), start=1)
     ]
+
+
+def _load_toml(text: str) -> dict[str, Any]:
+    import tomllib
+
+    return tomllib.loads(text)
 
 
 def read_ui_text(name: str, text: str) -> CustomUI:

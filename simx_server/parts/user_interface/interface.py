@@ -18,7 +18,6 @@ from simx_server.service.calls.background import Steps, at_once
 from simx_server.simulation.part import Part
 
 from .consoles import Consoles
-from .contents.text_editors import TextEditor
 from .custom_ui_files import UIFileError, find_ui_file, read_ui_file
 from .custom_uis import CustomUI, CustomUIs
 from .dialogs import Dialogs
@@ -136,6 +135,8 @@ class UserInterface(Part):
 
 def _question(window: object) -> str | None:
     """Return what a window asks that opens above the scene; None for others."""
+    from .contents.text_editors import TextEditor  # with it a reader of XML, which few servers need
+
     return "edit the text" if isinstance(window, TextEditor) and window.is_modal else None
 
 

@@ -13,6 +13,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from simx_server.scene.formats.annotations import PREFIX
+from simx_server.scene.geometry.highlights import SPECULAR
 from simx_server.scene.naming.names import INTERNAL
 from simx_server.scene.poses.poses import Pose
 
@@ -234,3 +236,17 @@ def set_pose(element: Any, local: Pose) -> None:
     if hasattr(element, "quat"):
         element.quat[:] = local[1]
         element.alt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+
+
+def strip(spec: mujoco.MjSpec) -> None:
+    """Remove elements of a whole scene that belong to no object: keyframes, annotations, sensors without an object."""
+    for many in (spec.keys, spec.tuples, spec.numerics):
+        for element in list(many):
+            if not element.name.startswith(SPECULAR):
+                spec.delete(element)
+    for text in list(spec.texts):
+        if text.name.startswith(PREFIX):
+            spec.delete(text)
+    for sensor in list(spec.sensors):
+        if sensor.objtype == mujoco.mjtObj.mjOBJ_UNKNOWN or sensor.objname == "world":
+            spec.delete(sensor)

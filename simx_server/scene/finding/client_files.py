@@ -28,7 +28,6 @@ from simx_client.protocol.files import ARCHIVE_SUFFIXES, MESH_SUFFIXES, VREP_FIL
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.scene.formats.sources import Sources
-from simx_server.scene.trial.gathering import files_named
 
 try:
     import fcntl
@@ -180,6 +179,8 @@ class ClientFiles:
         entries = self._noted()
         if not entries:
             return False
+        from simx_server.scene.trial.gathering import files_named  # with it all readers of files
+
         noted = set(self._places(entries))
         return any(
             (workspace.is_lent(part) or _place(part) in noted) and self.holds(part)

@@ -20,7 +20,7 @@ from simx_server.errors import CommandError
 from simx_server.files.library import shipped_scenes
 from simx_server.files.regular_files import no_regular_file, read_of_client
 from simx_server.scene.formats.contents import Contents
-from simx_server.scene.formats.urdf.reading import is_urdf
+from simx_server.scene.formats.urdf.recognising import is_urdf
 from simx_server.scene.formats.whole_files import is_whole
 
 _PACKAGE = "package://"

@@ -10,10 +10,13 @@ import hashlib
 from collections import OrderedDict
 from pathlib import Path
 from threading import Lock
+from typing import TYPE_CHECKING
 
-from .model_files import Model, read_model
 from .sources import Sources
 from .vrep.recognising import is_vrep
+
+if TYPE_CHECKING:
+    from .model_files import Model
 
 _MOST_BYTES = 32 << 20
 """Of all kept files together."""
@@ -32,6 +35,8 @@ class KeptModels:
 
     def read(self, path: Path, name: str | None = None, sources: Sources | None = None) -> Model:
         """Return a model as `read_model` does, which must not be changed."""
+        from .model_files import read_model  # with it all readers of meshes
+
         name = name or path.name
         # Models of other formats name further files, and tried ones have theirs in `contents`.
         if sources is not None and sources.contents is not None:

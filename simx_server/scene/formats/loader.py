@@ -41,7 +41,7 @@ from .mounting import mount_bodies
 from .sources import Sources
 from .specs import one_line, read_scene
 from .surroundings import default_scene as default_spec
-from .urdf.reading import is_urdf, read_urdf
+from .urdf.recognising import is_urdf
 
 __all__ = ["ADDED_ACTUATOR", "SceneError", "default_scene", "empty_scene", "load_scene", "prepare"]
 
@@ -99,6 +99,8 @@ def load_text(xml: str) -> tuple[Scene, mujoco.MjModel]:
     try:
         data = xml.encode()
         if is_urdf(data):
+            from .urdf.reading import read_urdf
+
             spec = read_urdf(data, "the scene text", None, Sources.of())
         else:
             spec = mujoco.MjSpec.from_string(xml)

@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_client.protocol.files import MESH_SUFFIXES
-from simx_server.scene.editing.transplant import gather_geoms
-from simx_server.scene.geometry.highlights import SPECULAR
+from simx_server.scene.editing.transplant import gather_geoms, strip
 from simx_server.scene.objects import Scene
 from simx_server.scene.spec_elements import bodies_of
 
-from .annotations import PREFIX, SceneError
+from .annotations import SceneError
 from .loader import build
 from .loose_meshes import settle
 from .meshes.parts import Part, as_one
@@ -68,20 +67,6 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
     marked = [h for h in top if scene.objects[h].annotations.get("model", {}).get("base")]
     bodies = [h for h in top if scene.objects[h].element in ("body", "joint")]
     return Model(scene, (marked or bodies or top)[0], read.is_saved)
-
-
-def strip(spec: mujoco.MjSpec) -> None:
-    """Remove elements of a whole scene that belong to no object: keyframes, annotations, sensors without an object."""
-    for many in (spec.keys, spec.tuples, spec.numerics):
-        for element in list(many):
-            if not element.name.startswith(SPECULAR):
-                spec.delete(element)
-    for text in list(spec.texts):
-        if text.name.startswith(PREFIX):
-            spec.delete(text)
-    for sensor in list(spec.sensors):
-        if sensor.objtype == mujoco.mjtObj.mjOBJ_UNKNOWN or sensor.objname == "world":
-            spec.delete(sensor)
 
 
 @dataclass(frozen=True)

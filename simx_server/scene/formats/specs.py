@@ -17,8 +17,7 @@ from .archives.opening import open_archive
 from .includes import shipped_includes
 from .sources import Sources
 from .surroundings import surround
-from .urdf.reading import is_urdf, read_urdf
-from .urdf.xacro_files import ENDING as XACRO
+from .urdf.recognising import XACRO, is_urdf
 from .vrep.recognising import is_vrep, refuse_xml
 
 if TYPE_CHECKING:
@@ -94,6 +93,8 @@ def _read(file: Path, sources: Sources, name: str) -> SpecOfFile:
         return SpecOfFile(mujoco.MjSpec.from_zip(io.BytesIO(data)))
     if file.suffix.lower() in _TEXTS:
         if is_urdf(data):
+            from .urdf.reading import read_urdf
+
             return SpecOfFile(read_urdf(data, name, file, sources), is_urdf=True)
         refuse_xml(data, name)
     _refuse_others(data, file, name)

@@ -33,7 +33,7 @@ from simx_server.scene.formats.loose_meshes import settle_loose_meshes
 from simx_server.scene.formats.meshes.reading import prepare as prepare_libraries
 from simx_server.scene.formats.model_files import read_model
 from simx_server.scene.formats.sources import Sources
-from simx_server.scene.formats.urdf.reading import count_links
+from simx_server.scene.formats.urdf.recognising import count_links
 from simx_server.scene.formats.vrep.recognising import is_vrep
 from simx_server.scene.geometry.overlaps import log_overlaps
 

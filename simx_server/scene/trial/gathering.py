@@ -18,7 +18,8 @@ from simx_server.files.regular_files import is_file, no_regular_file, read_of_cl
 from simx_server.scene.formats.contents import Contents
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.surroundings import PARTS
-from simx_server.scene.formats.urdf.reading import is_urdf, urdf_files
+from simx_server.scene.formats.urdf.reading import urdf_files
+from simx_server.scene.formats.urdf.recognising import is_urdf
 from simx_server.scene.formats.urdf.xacro_files import is_xacro, refusal
 from simx_server.scene.formats.whole_files import is_whole
 

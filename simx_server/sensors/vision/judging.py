@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-import cv2
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from simx_server.scene.cameras.image import NO_CODE, CameraImage, depth_as_grey, grey
 
-from .filters.chain import Processed
 from .vision_settings import Verdict, VisionSettings
+
+if TYPE_CHECKING:
+    from .filters.chain import Processed
 
 
 def statistics(image: CameraImage, shows_depth: bool) -> list[float]:
     """Return the 15 numbers of V-REP's first auxiliary packet."""
+    import cv2  # large, and few servers have an image judged
+
     assert image.depth is not None
     pixels = shown(image, shows_depth)
     # Whole channels are much faster than every third byte.
@@ -27,6 +32,8 @@ def statistics(image: CameraImage, shows_depth: bool) -> list[float]:
 
 def _handles_in(image: CameraImage) -> list[float]:
     """Return the handles in an image, in order; V-REP adds a half so that rounding down cannot change them."""
+    import cv2
+
     assert image.rgb is not None
     pixels = cv2.cvtColor(image.rgb, cv2.COLOR_RGB2RGBA).view("<u4").ravel()
     # Most pixels equal the one before.

@@ -24,7 +24,6 @@ from simx_server.scene.formats.annotations import numbers_of
 from simx_server.scene.objects import ObjectKind
 from simx_server.simulation.part import Part
 
-from .filters.chain import Chain, Processed
 from .futures import done, then
 from .handled_sensors import HandledSensors
 from .handling_order import HandlingOrder
@@ -37,6 +36,8 @@ if TYPE_CHECKING:
     from simx_server.scene.saved import Saved
     from simx_server.sensors.rendering.render_thread import RenderThread
     from simx_server.simulation.simulation import Simulation
+
+    from .filters.chain import Processed
 
 
 class VisionSensors(HandledSensors, Part):
@@ -331,10 +332,10 @@ class VisionSensors(HandledSensors, Part):
         assert chain is not None
         if chain.remembers and keeps_work:
             if settings.work is None or settings.work.image.shape != (size[1], size[0], 3):
-                settings.work = Chain.new_work(*size)
+                settings.work = chain.new_work(*size)
             work = settings.work
             return lambda made: chain.process(made, view, work)
-        return lambda made: chain.process(made, view, Chain.new_work(*size))
+        return lambda made: chain.process(made, view, chain.new_work(*size))
 
     def _processed(self, sensor: Sensor, asker: str) -> Future[Processed] | None:
         """Return the present image after its chain; None for a sensor without one, or one that shows handles."""
@@ -345,6 +346,8 @@ class VisionSensors(HandledSensors, Part):
             return settings.processed
         self._check_room(settings)
         if settings.image is None and not self._is_automatic(settings):
+            from .filters.chain import Processed
+
             blank = self._background(settings)
             assert blank.rgb is not None
             assert blank.depth is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from concurrent.futures import Future
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -22,8 +23,10 @@ from simx_server.scene.formats.texts.filter_chains import read_chain
 from simx_server.scene.formats.texts.render_modes import HANDLES, MODE_OF
 from simx_server.scene.objects import ObjectKind, SceneObject
 
-from .filters.chain import Chain, Processed
 from .filters.work import View, Work
+
+if TYPE_CHECKING:
+    from .filters.chain import Chain, Processed
 
 DEFAULT_SIDE = 256
 """Default pixels per side of a camera without a resolution; V-REP's own new sensors have 32."""
@@ -189,7 +192,7 @@ def settings_from_model(item: SceneObject, model: mujoco.MjModel) -> VisionSetti
         has_rgb=bool(note.get("rgb", True)),
         has_depth=bool(note.get("depth", True)),
         has_statistics=bool(note.get("statistics", True)),
-        chain=Chain(read_chain(str(note["filters"]))) if "filters" in note else None,
+        chain=_chain(note),
         detect_above=_limit(note, "detect_above"),
         detect_below=_limit(note, "detect_below"),
     )
@@ -200,6 +203,14 @@ def _size(item: SceneObject, note: Annotation, of_camera: float | None) -> float
     if of_camera is not None:
         return of_camera
     return float(note["size"]) if "size" in note else DEFAULT_SIZES[item.kind]
+
+
+def _chain(note: Annotation) -> Chain | None:
+    if "filters" not in note:
+        return None
+    from .filters.chain import Chain  # with it OpenCV, and few sensors have filters
+
+    return Chain(read_chain(str(note["filters"])))
 
 
 def _colour(note: Annotation) -> tuple[float, float, float] | None:

@@ -18,7 +18,7 @@ import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_server.scene.finding import client_files
 from simx_server.scene.finding.client_files import ClientFiles
-from simx_server.scene.formats import kept_models
+from simx_server.scene.formats import model_files
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.helper import Helper
 
@@ -92,13 +92,13 @@ def test_others_are_answered_while_a_robot_of_the_operator_is_read(
     loader: int, other: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "server" / "brick.xml").write_text(CUBE)
-    may_go_on, read = threading.Event(), kept_models.read_model
+    may_go_on, read = threading.Event(), model_files.read_model
 
     def waiting(*arguments: Any) -> Any:
         assert may_go_on.wait(20)
         return read(*arguments)
 
-    monkeypatch.setattr(kept_models, "read_model", waiting)
+    monkeypatch.setattr(model_files, "read_model", waiting)
     assert v.simxLoadModel(loader, "brick.xml", 0, ONESHOT)[0] in (0, 1)
     for _ in range(5):
         assert v.simxGetPingTime(other)[0] == 0

@@ -11,9 +11,9 @@ import numpy as np
 
 from simx_server.scene.editing.copies.joining import join
 from simx_server.scene.editing.recompile import refuse_in_physics
+from simx_server.scene.editing.transplant import strip
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.loader import SceneError, compile_spec
-from simx_server.scene.formats.model_files import strip
 from simx_server.scene.naming.names import GRAFT_END, alias_of
 from simx_server.scene.objects import ObjectKind, SceneObject
 

@@ -8,7 +8,6 @@ Facts about that importer: its source, simExtURDF, files robot.cpp and link.cpp.
 
 from __future__ import annotations
 
-import io
 import logging
 from pathlib import Path
 from xml.etree import ElementTree
@@ -31,26 +30,6 @@ from .overlapping import part_overlapping
 from .xacro_files import expand, is_xacro
 
 logger = logging.getLogger(__name__)
-
-
-def is_urdf(data: bytes) -> bool:
-    """Return whether a text is a URDF rather than MJCF, by its root element; True for xacro."""
-    try:
-        for _, element in ElementTree.iterparse(io.BytesIO(data), events=("start",)):
-            return element.tag == "robot"
-    except (ElementTree.ParseError, ValueError, LookupError):
-        pass  # the reader reports the error
-    return False
-
-
-def count_links(data: bytes) -> int:
-    """Return the number of links of a URDF; 0 for another text, also for one that cannot be read."""
-    if not is_urdf(data):
-        return 0  # without reading all of it, as of a large mesh in XML
-    try:
-        return len(ElementTree.fromstring(data).findall("link"))
-    except (ElementTree.ParseError, ValueError, LookupError):
-        return 0
 
 
 def read_urdf(data: bytes, name: str, file: Path | None, sources: Sources) -> mujoco.MjSpec:

@@ -28,9 +28,9 @@ from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.formats.xml_texts import refuse_entities
 
-logger = logging.getLogger(__name__)
+from .recognising import XACRO
 
-ENDING = ".xacro"
+logger = logging.getLogger(__name__)
 
 _EXPRESSIONS = ("${", "$(")
 
@@ -68,7 +68,7 @@ def is_available() -> bool:
 
 def is_xacro(data: bytes, name: str) -> bool:
     """Return whether a text is xacro: by its ending, its elements or its expressions."""
-    if name.lower().endswith(ENDING):
+    if name.lower().endswith(XACRO):
         return True
     try:
         root = ElementTree.fromstring(data)

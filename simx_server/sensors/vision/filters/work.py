@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .image_filters import Image, Mask
+if TYPE_CHECKING:
+    from .image_filters import Image, Mask
 
 
 @dataclass

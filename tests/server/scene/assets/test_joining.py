@@ -159,12 +159,12 @@ def model_file(name: str = "block") -> bytes:
 def test_a_model_that_is_loaded_again_is_not_read_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from simx_server.scene.formats import kept_models
+    from simx_server.scene.formats import model_files
 
     read, path = [], tmp_path / "block.ttm"
     path.write_bytes(model_file())
-    real = kept_models.read_model
-    monkeypatch.setattr(kept_models, "read_model", lambda *given: read.append(given[0]) or real(*given))
+    real = model_files.read_model
+    monkeypatch.setattr(model_files, "read_model", lambda *given: read.append(given[0]) or real(*given))
     world = World("<mujoco/>", workspace=tmp_path)
     first, second = (world.call("simxLoadModel", "block.ttm", 0) for _ in range(2))
     assert read == [path]

@@ -18,7 +18,6 @@ from simx_client.protocol.cli.installing import extra_line
 from simx_server.app import cli
 from simx_server.errors import CommandError
 from simx_server.joints.state import JointMode
-from simx_server.scene.formats import loader
 from simx_server.scene.formats import sources as sources_module
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_scene
@@ -344,7 +343,7 @@ def test_robot_of_more_links_than_objects_may_be_is_refused_before_it_is_built(
 ) -> None:
     world = World(workspace=tmp_path)
     monkeypatch.setattr(world.sim, "limits", replace(world.sim.limits, objects=40))
-    monkeypatch.setattr(loader, "read_urdf", lambda *_: pytest.fail("it is built"))
+    monkeypatch.setattr(reading, "read_urdf", lambda *_: pytest.fail("it is built"))
     links = [("base", f"fixed{i}", "fixed") for i in range(40)]
     (tmp_path / "many.urdf").write_bytes(joined(*links))
     with pytest.raises(CommandError, match=r"at most 40 objects .*'many.urdf' has 41 links"):
