@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from simx_client.protocol.add_ons.teleoperation import ADD_ON as TELEOPERATION
 from simx_server.handlers.files import store_file
 from simx_server.kinematics import IkGroups
-from simx_server.kinematics.planning.motion_plannings import MotionPlannings
-from simx_server.kinematics.planning.path_plannings import PathPlannings
+from simx_server.kinematics.planning.scene_tasks.motion_plannings import MotionPlannings
+from simx_server.kinematics.planning.scene_tasks.path_plannings import PathPlannings
 from simx_server.kinematics.searching import Searching
 from simx_server.limits import Limits
 from simx_server.parts.add_ons import AddOn, Deferred

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
 from simx_server.kinematics import IkGroups
-from simx_server.kinematics.planning.motion_plannings import MotionPlannings
-from simx_server.kinematics.planning.path_plannings import PathPlannings
+from simx_server.kinematics.planning.scene_tasks.motion_plannings import MotionPlannings
+from simx_server.kinematics.planning.scene_tasks.path_plannings import PathPlannings
 from simx_server.kinematics.searching import Searching
 from simx_server.limits import Limits
 from simx_server.parts.clouds.clouds import PointClouds

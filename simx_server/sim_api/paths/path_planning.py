@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simx_server.kinematics.planning.path_plannings import Outcome
+from simx_server.kinematics.planning.scene_tasks.path_plannings import Outcome
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 

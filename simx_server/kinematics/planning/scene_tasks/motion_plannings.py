@@ -14,13 +14,13 @@ from simx_server.scene.formats.annotations import Annotation, numbers_of
 from simx_server.scene.registered import Registry
 from simx_server.simulation.part import Part
 
-from .planned_chain import IGNORES_OBSTACLES, IGNORES_SELF, Kept, PlannedChain
-from .planning_world import PlanningWorld, entity
+from ..planning_world import entity
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
-    from .planning_world import PlanningWorld
+    from ..planned_chain import PlannedChain
+    from ..planning_world import PlanningWorld
 
 FIRST_TASK = 2_080_000
 
@@ -76,6 +76,9 @@ class MotionPlannings(Part):
         Raises:
             CommandError: no such task, or an entity or a group of it is gone.
         """
+        # With it the planners, and few scenes have tasks.
+        from ..planned_chain import IGNORES_OBSTACLES, IGNORES_SELF, Kept, PlannedChain
+
         task = self._registry.get(handle)
         if task is None:
             known = ", ".join(f"{h} '{name}'" for h, (name, _) in self._registry.all().items()) or "none"

@@ -1,52 +1,30 @@
 """The path planning tasks of V-REP 3: `simx:planning:NAME`. A search writes its path into a path object.
 
 The robot is moved as a whole, so that the start object comes to the goal. V-REP planned on a grid of steps that grew in
-each search step; here the planner of `paths.py` searches, with random numbers.
+each search step; here the planner of `paths.py` searches, with random numbers. It is imported with the first search.
 """
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
-from simx_server.scene.collection import ALL
 from simx_server.scene.formats.annotations import Annotation, numbers_of
-from simx_server.scene.geometry.curve import ControlPoint
-from simx_server.scene.poses.frames import get_pose
-from simx_server.scene.poses.poses import Pose, add, compose, inverse, subtract
 from simx_server.scene.registered import Registry
 from simx_server.simulation.part import Part
-
-from .paths import Failure, Progress
-from .planning_world import PlanningWorld, entity
-from .states import ROTATIONS, SpaceKind, StateSpace, Task, coordinates, pose_at
-from .tasks import Solving
 
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
-    from .planning_world import PlanningWorld
+    from ..planning_world import PlanningWorld
+    from .path_searches import Search
 
 FIRST_TASK = 2_070_000
 
-KINDS = {
-    "xy": SpaceKind.POSITION2D,
-    "xyz": SpaceKind.POSITION3D,
-    "xyg": SpaceKind.POSE2D,
-    "xyzabg": SpaceKind.POSE3D,
-}
-"""Values of the annotation's key `type`."""
-
 MOST_SEARCHES = 100
-
-_SHORTEST = 0.01
-"""Seconds of a search step, at least."""
-
-_SHORTENING = 0.5
-"""Most seconds for shortening a path that was found step by step: the simulation waits."""
 
 
 class Outcome(IntEnum):
@@ -67,25 +45,12 @@ class Planning:
     goal: str
     robot: str
     obstacles: str
-    kind: SpaceKind
+    kind: str
+    """Value of the annotation's key `type`, one of `path_searches.KINDS`."""
     low: tuple[float, ...]
     high: tuple[float, ...]
     """Bounds around the start: x, y, z in m."""
     seconds: float
-
-
-@dataclass(frozen=True)
-class _Search:
-    """A search; scripts may carry it out step by step."""
-
-    task: Task
-    path: int
-    present: Pose
-    offset: Pose
-    """The robot at the start, and the start object relative to it."""
-    ends: float
-    step: float
-    progress: Progress = field(default_factory=Progress)
 
 
 class PathPlannings(Part):
@@ -94,7 +59,7 @@ class PathPlannings(Part):
     def __init__(self, sim: Simulation) -> None:
         self._sim = sim
         self._registry = Registry(sim, "planning", FIRST_TASK, _read, self._is_alive)
-        self._searches: dict[int, _Search] = {}
+        self._searches: dict[int, Search] = {}
         self._next = 1
 
     def scene_changed(self) -> None:
@@ -133,9 +98,9 @@ class PathPlannings(Part):
         if search is None:
             raise CommandError(f"no path search {number} is under way")
         seconds = min(search.step, search.ends - time.monotonic())
-        if self._solve(world, search, seconds, shortening=_SHORTENING):
+        if search.go_on(self._sim, world, seconds):
             outcome = Outcome.FOUND
-        elif search.task.problem == Failure.TIME.value and time.monotonic() < search.ends:
+        elif search.needs_time and time.monotonic() < search.ends:
             outcome = Outcome.GOES_ON
         else:
             outcome = Outcome.FAILED
@@ -150,7 +115,12 @@ class PathPlannings(Part):
     def search(self, world: PlanningWorld, handle: int, seconds: float) -> bool:
         """Search at once; return whether a path was found. Raises CommandError."""
         search = self._prepared(world, handle, seconds, 0.0)
-        return self._solve(world, search, search.ends - time.monotonic())
+        return search.finish(self._sim, world)
+
+    def _prepared(self, world: PlanningWorld, handle: int, seconds: float, step: float) -> Search:
+        from .path_searches import search_for  # with it the planners, and few scenes have tasks
+
+        return search_for(self._sim, world, self._get(handle), seconds, step)
 
     def _get(self, handle: int) -> Planning:
         planning = self._registry.get(handle)
@@ -163,55 +133,6 @@ class PathPlannings(Part):
         names = self._sim.scene.by_names()
         return all(name in names for name in (planning.path, planning.start, planning.goal))
 
-    def _prepared(self, world: PlanningWorld, handle: int, seconds: float, step: float) -> _Search:
-        """Return a search from where the objects are now. Raises CommandError."""
-        planning, sim = self._get(handle), self._sim
-        start, goal, path = (
-            sim.scene.resolve(name) for name in (planning.start, planning.goal, planning.path)
-        )
-        robot = start
-        while sim.scene.objects[robot].parent != -1:
-            robot = sim.scene.objects[robot].parent
-        begin, end, present = (get_pose(sim, handle) for handle in (start, goal, robot))
-        last = coordinates(planning.kind, _arrived(planning.kind, present, begin, end))
-        low, high = (coordinates(planning.kind, present) for _ in range(2))
-        turns = ROTATIONS.get(planning.kind, ())
-        places = len(low) - len(turns)
-        for axis in range(places):
-            low[axis] = min(low[axis] + planning.low[axis], last[axis])
-            high[axis] = max(high[axis] + planning.high[axis], last[axis])
-        low[places:], high[places:] = [-each for each in turns], turns
-        space = StateSpace(planning.name, planning.kind, robot, tuple(low), tuple(high))
-        task = Task(planning.name, [space], start=coordinates(planning.kind, present), goals=[last])
-        if planning.robot:
-            obstacles = ALL if planning.obstacles == "all" else entity(world, planning.obstacles)
-            task.pairs = [(entity(world, planning.robot), obstacles)]
-        duration = seconds if seconds > 0 else planning.seconds
-        offset = compose(inverse(present), begin)
-        return _Search(task, path, present, offset, time.monotonic() + duration, max(step, _SHORTEST))
-
-    def _solve(
-        self, world: PlanningWorld, search: _Search, seconds: float, *, shortening: float | None = None
-    ) -> bool:
-        """Continue a search, and write the path into the path object if one is found."""
-        task = search.task
-        solving = Solving(world, task)
-        if not solving.solve(seconds, search.progress):
-            return False
-        solving.simplify(shortening)
-        kind, frame = task.spaces[0].kind, inverse(get_pose(self._sim, search.path))
-        poses = [compose(pose_at(kind, search.present, state), search.offset) for state in task.path]
-        points = [ControlPoint(compose(frame, pose)) for pose in poses]
-        world.paths.set_points(search.path, points, is_closed=False)
-        return True
-
-
-def _arrived(kind: SpaceKind, robot: Pose, begin: Pose, end: Pose) -> Pose:
-    """Return where the robot is when its start object is at the end."""
-    if kind in ROTATIONS:
-        return compose(end, compose(inverse(begin), robot))
-    return add(robot[0], subtract(end[0], begin[0])), robot[1]
-
 
 def _read(name: str, note: Annotation) -> Planning:
     return Planning(
@@ -221,7 +142,7 @@ def _read(name: str, note: Annotation) -> Planning:
         goal=str(note["goal"]),
         robot=str(note.get("robot", "")),
         obstacles=str(note.get("obstacles", "all")),
-        kind=KINDS[str(note.get("type", "xy"))],
+        kind=str(note.get("type", "xy")),
         low=numbers_of(note["low"]) if "low" in note else (-5.0, -5.0, -5.0),
         high=numbers_of(note["high"]) if "high" in note else (5.0, 5.0, 5.0),
         seconds=float(note.get("seconds", 5.0)),

@@ -1,0 +1,1 @@
+"""The planning tasks that a scene of V-REP 3 brings along: for paths, and for the joints of a robot."""
