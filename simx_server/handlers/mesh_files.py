@@ -105,7 +105,7 @@ def _library(world: World, path: str, name: str) -> Mapping[str, ObjMaterial]:
             raise CommandError(f"'{name}' has more than {_LARGEST_LIBRARY} bytes")
         return read_materials(found.read_bytes())
     except (CommandError, OSError) as problem:
-        world.scripts.say_once(f"the materials of '{path}' are not used: {problem}")
+        world.scripts.told_once.tell(f"the materials of '{path}' are not used: {problem}")
         return {}
 
 
@@ -113,7 +113,7 @@ def _image(world: World, path: str) -> Pixels | None:
     try:
         return fitted(read_image(world, path), _LARGEST_SIDE)
     except CommandError as problem:
-        world.scripts.say_once(f"a mesh has no texture: {problem}")
+        world.scripts.told_once.tell(f"a mesh has no texture: {problem}")
         return None
 
 

@@ -41,6 +41,7 @@ from __future__ import annotations
 
 import logging
 import time
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from .callbacks.joints import JointCallBacks
@@ -52,6 +53,7 @@ from .calling_order import Called
 from .interpreter import ACTUATION, SENSING
 from .lives import Lives
 from .script import Script, ScriptKind
+from .told_once import ToldOnce
 
 if TYPE_CHECKING:
     from simx_server.parts.status_bar import StatusBar
@@ -70,6 +72,8 @@ BEFORE = "sysCall_beforeMainScript"
 _LIST, _END = b"\x9f", b"\xff"
 """Start and end of a list in CBOR whose length is not known."""
 
+_SCHEDULED = attrgetter("scheduled")
+
 _IDLE_FUNCTIONS = ("sysCall_nonSimulation", "sysCall_suspended", EVENT)
 
 
@@ -81,9 +85,9 @@ def _refuses(answer: list[Any] | None) -> bool:
 class ListOfScripts(Protocol):
     """The scripts of the scene; see `scripts.Scripts`."""
 
+    def of(self, owner: int, kind: ScriptKind) -> Script | None: ...
     def called(self) -> Called: ...
     def notify(self, owner: int, function: str, *arguments: Any) -> list[Any] | None: ...
-    def say_once(self, text: str) -> None: ...
 
 
 class Phases:
@@ -94,6 +98,7 @@ class Phases:
         sim: Simulation,
         scripts: ListOfScripts,
         lives: Lives,
+        told_once: ToldOnce,
         status_bar: StatusBar,
         vision: VisionSensors,
         proximity: ProximitySensors,
@@ -101,8 +106,8 @@ class Phases:
     ) -> None:
         self._sim = sim
         self._status_bar = status_bar
-        self.wants_idle = False
-        """Whether a script wants to run while the simulation is stopped or paused."""
+        self._wants_idle = False
+        """Whether a script has a function or thread that runs while the simulation is stopped or paused."""
         self._scripts = scripts
         self._handled: set[str] = set()
         """Phases in which a main script has called the customization scripts."""
@@ -114,8 +119,15 @@ class Phases:
         self._joints = JointCallBacks(sim, lives, status_bar)
         self._vision = VisionCallBacks(sim, scripts.notify, status_bar, vision, proximity, force)
         self._physics = PhysicsCallBacks(sim, lives)
-        self.objects = ObjectCallBacks(sim, self.call_all, scripts.say_once)
+        self.objects = ObjectCallBacks(sim, self.call_all, told_once.tell)
+        """Call-backs for objects that are made, copied and removed."""
         self.outside = OutsideCalls(self._outside_changed)
+        """Call-backs of clients, which come after those of the scripts."""
+
+    @property
+    def has_work(self) -> bool:
+        """Return whether the scene has scripts."""
+        return bool(self._scripts.called().every) or self.outside.has()
 
     def refuse_step(self) -> bool:
         """Call `sysCall_beforeMainScript`; return whether a script's answer is {doNotRunMainScript = true}."""
@@ -138,6 +150,17 @@ class Phases:
         """Let scripts process the images of their vision sensors, and call them on detections."""
         self._vision.sense()
 
+    @property
+    def senses(self) -> bool:
+        """Return whether a script may have something to do after the sensors."""
+        return self.outside.has(SENSING) or any(map(self._may_sense, self._scripts.called().every))
+
+    def _may_sense(self, script: Script) -> bool:
+        if script.interpreter is None:
+            return False
+        is_lost = script.kind != ScriptKind.MAIN and script.home not in self._sim.scene.objects
+        return is_lost or SENSING not in script.interpreter.lacking or bool(script.events or script.changes)
+
     def sense(self) -> None:
         """Run sensing, after physics and the sensors."""
         self._phase(SENSING)
@@ -149,6 +172,11 @@ class Phases:
         if function == ACTUATION and self._resume(children):
             children = self._scripts.called().children
         return self._call(children, function, *values)
+
+    def handle_child(self, owner: int, function: str, *values: Any) -> int:
+        """Call a function of the child script of an object; return 1 if it has it, else 0."""
+        script = self._scripts.of(owner, ScriptKind.CHILD)
+        return int(script is not None and self._lives.call(script, function, *values) is not None)
 
     def handle_customizations(self, function: str, *values: Any) -> int:
         """Call a function of all customization scripts, as a main script wishes: the phase does not call them again.
@@ -238,8 +266,15 @@ class Phases:
         """Return the scripts that run from start to stop."""
         return [one for one in self._scripts.called().every if one.kind != ScriptKind.CUSTOMIZATION]
 
+    @property
+    def want_idle(self) -> bool:
+        """Return whether a script wants to run while the simulation is stopped or paused."""
+        return self._wants_idle or any(map(_SCHEDULED, self._scripts.called().every))
+
     def idle(self) -> None:
-        """Run the scripts between simulation steps, while the simulation is stopped or paused."""
+        """Run the scripts while no simulation step is due, if any wants that: the simulation is stopped or paused."""
+        if not self.want_idle:
+            return
         self._call_scheduled()
         if self._sim.is_running:
             self.call_all("sysCall_suspended")
@@ -279,7 +314,7 @@ class Phases:
 
     def _watch_idle(self) -> None:
         """Check whether a script wants calls while the simulation is idle; without one there are none."""
-        self.wants_idle = self.outside.has(*_IDLE_FUNCTIONS) or any(
+        self._wants_idle = self.outside.has(*_IDLE_FUNCTIONS) or any(
             one.has_thread or any(map(one.has, _IDLE_FUNCTIONS)) for one in self._scripts.called().every
         )
 

@@ -7,25 +7,21 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import count
-from operator import attrgetter
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simx_server.parts.add_ons import AddOn
-from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
-from simx_server.scene.objects import ObjectKind
 from simx_server.simulation.part import Part
 
-from .callbacks.outside import OutsideCalls
 from .calling_order import Called, called
 from .exchange import check_results
-from .interpreter import SENSING, Function, ScriptError
+from .interpreter import Function, ScriptError
 from .lives import Lives, OpenSpaces
 from .named_ports import named_ports
 from .phases import Phases
-from .saving import save_script
-from .script import LUA, PYTHON, LooseScript, Order, Script, ScriptKind, Traversal
+from .script import LooseScript, Order, Script, ScriptKind
+from .script_notes import KINDS, read_script, save_script
 from .targets import find_target, split_target
+from .told_once import ToldOnce
 
 if TYPE_CHECKING:
     from simx_server.parts.communication.signals import Signals
@@ -39,7 +35,6 @@ if TYPE_CHECKING:
     from simx_server.sensors.vision.vision_sensors import VisionSensors
     from simx_server.simulation.simulation import Simulation
 
-    from .callbacks.objects import ObjectCallBacks
 
 logger = logging.getLogger(__name__)
 
@@ -47,12 +42,6 @@ FIRST_HANDLE = 2_000_003
 """Handles of scripts are far above those of objects and above all script types; V-REP's start at a similar number."""
 
 SANDBOX_HANDLE = FIRST_HANDLE - 1
-
-_MOST_NOTES, _LONGEST_NOTE = 10_000, 500
-"""Notes that are kept so that each is printed once, and their characters."""
-
-_SCHEDULED = attrgetter("scheduled")
-_KINDS = {kind: ScriptKind[script_type.upper()] for kind, script_type in SCRIPT_NOTES.items()}
 
 
 class Scripts(Part):
@@ -83,7 +72,6 @@ class Scripts(Part):
             needs_seccomp: Python scripts do not run where the kernel cannot restrict their system calls.
         """
         self._sim = sim
-        self._status_bar = status_bar
         self._name_ports = name_ports
         self.describe_api = describe_api
         self._scripts: list[Script] = []
@@ -102,8 +90,7 @@ class Scripts(Part):
         """Handles that scripts have before they are found, by object and kind."""
         self.event_numbers = count(1)
         """Numbers of events, so that a program can tell their order."""
-        self._told: set[str] = set()
-        """Notes that scripts of this scene have caused, and that are printed once: about stand-ins."""
+        self.told_once = ToldOnce(status_bar)
         self.add_ons: dict[str, AddOn] = {}
         """Add-ons by name; script type 2 of simxCallScriptFunction."""
         self.sandbox = Script(SANDBOX_HANDLE, ScriptKind.SANDBOX, -1, "sandbox", text="")
@@ -118,7 +105,7 @@ class Scripts(Part):
             allows_code=allows_code,
             needs_seccomp=needs_seccomp,
         )
-        self._phases = Phases(sim, self, self._lives, status_bar, vision, proximity, force)
+        self.phases = Phases(sim, self, self._lives, self.told_once, status_bar, vision, proximity, force)
 
     @property
     def allows_code(self) -> bool:
@@ -145,100 +132,43 @@ class Scripts(Part):
 
     def model_changed(self, twins: Twins | None) -> None:
         self._find_more()
-        self._phases.objects.note_changes()
+        self.phases.objects.note_changes()
         if self._is_loading:
             self._is_loading = False
-            self._phases.call_customizations("sysCall_afterLoad")
+            self.phases.call_customizations("sysCall_afterLoad")
 
     def scene_edited(self) -> None:
         self._find_more()
-        self._phases.objects.note_changes()
+        self.phases.objects.note_changes()
 
     def copying_objects(self, handles: Collection[int]) -> None:
-        self.of_objects.before_copy(handles)
+        self.phases.objects.before_copy(handles)
 
     def objects_copied(self, copies: Mapping[int, int], kept: Kept) -> None:
-        self.of_objects.copied(copies)
+        self.phases.objects.copied(copies)
 
     def saving(self, saved: Saved) -> None:
         for script in self._scripts:
             save_script(saved, script, self._sim)
 
     def run_starting(self) -> None:
-        self._phases.call_customizations("sysCall_beforeSimulation")
+        self.phases.call_customizations("sysCall_beforeSimulation")
 
     def run_started(self) -> None:
-        self._phases.start()
+        self.phases.start()
 
     def run_paused(self) -> None:
-        self._phases.call_all("sysCall_suspend")
+        self.phases.call_all("sysCall_suspend")
 
     def run_resumed(self) -> None:
-        self._phases.call_all("sysCall_resume")
+        self.phases.call_all("sysCall_resume")
 
     def run_stopping(self) -> None:
-        self._phases.stop()
+        self.phases.stop()
 
     def run_stopped(self) -> None:
-        self._phases.watch()
-        self._phases.call_customizations("sysCall_afterSimulation")
-
-    @property
-    def has_work(self) -> bool:
-        """Return whether the scene has scripts."""
-        return bool(self._scripts) or self.outside.has()
-
-    @property
-    def outside(self) -> OutsideCalls:
-        """Return the call-backs of clients, which come after those of the scripts."""
-        return self._phases.outside
-
-    @property
-    def senses(self) -> bool:
-        """Return whether a script may have something to do after the sensors."""
-        return self.outside.has(SENSING) or any(map(self._may_sense, self._scripts))
-
-    def _may_sense(self, script: Script) -> bool:
-        if script.interpreter is None:
-            return False
-        is_lost = script.kind != ScriptKind.MAIN and script.home not in self._sim.scene.objects
-        return is_lost or SENSING not in script.interpreter.lacking or bool(script.events or script.changes)
-
-    @property
-    def judges(self) -> bool:
-        """Return whether scripts process images, or are called on detections."""
-        return self._phases.judges
-
-    def refuse_step(self) -> bool:
-        """Ask the scripts with `sysCall_beforeMainScript`; return whether one refuses the coming simulation step."""
-        return self._phases.refuse_step()
-
-    def actuate(self) -> None:
-        """Run the scripts' threads and actuation, before physics."""
-        self._phases.actuate()
-
-    def judge_images(self) -> None:
-        """Have scripts process the images of their vision sensors, and call them on detections."""
-        self._phases.judge_images()
-
-    def sense(self) -> None:
-        """Run the scripts' sensing, after physics and the sensors."""
-        self._phases.sense()
-
-    @property
-    def of_objects(self) -> ObjectCallBacks:
-        """Return the call-backs for objects that are made, copied and removed."""
-        return self._phases.objects
-
-    @property
-    def want_idle(self) -> bool:
-        """Return whether a script wants to run while the simulation is stopped or paused."""
-        return self._phases.wants_idle or any(map(_SCHEDULED, self._scripts))
-
-    def idle(self) -> None:
-        """Run the scripts while no simulation step is due: the simulation is stopped or paused."""
-        if self.want_idle:
-            self._phases.idle()
+        self.phases.watch()
+        self.phases.call_customizations("sysCall_afterSimulation")
 
     @property
     def time_limit(self) -> float:
@@ -250,10 +180,10 @@ class Scripts(Part):
         self._lives.time_limit = seconds
 
     def _changed(self) -> None:
-        self._phases.watch()
+        self.phases.watch()
 
     def _edited(self) -> None:
-        self._phases.objects.tell()
+        self.phases.objects.tell()
 
     # --- for handlers and the API ----------------------------------------------------------------
 
@@ -352,7 +282,7 @@ class Scripts(Part):
             ScriptError: the script failed.
         """
         if script is self.sandbox and script.interpreter is None:
-            self._phases.begin(script)
+            self.phases.begin(script)
         return self._lives.run(script, function, *arguments)
 
     def evaluate(self, script: Script, source: bytes) -> list[Any]:
@@ -362,7 +292,7 @@ class Scripts(Part):
             ScriptError: the script does not run, or the text fails.
         """
         if script is self.sandbox and script.interpreter is None:
-            self._phases.begin(script)
+            self.phases.begin(script)
         return self._lives.evaluate(script, source)
 
     def deliver(self, script: Script, function: Function, *arguments: Any) -> list[Any] | None:
@@ -383,7 +313,7 @@ class Scripts(Part):
         if script.kind == ScriptKind.MAIN:
             scene.annotations = replace(scene.annotations, main_script=None)
         elif (item := scene.objects.get(script.home)) is not None:
-            key = next(key for key, kind in _KINDS.items() if kind == script.kind)
+            key = next(key for key, kind in KINDS.items() if kind == script.kind)
             item.annotations = {kind: note for kind, note in item.annotations.items() if kind != key}
             notes = {**scene.annotations.objects, item.name: dict(item.annotations)}
             scene.annotations = replace(scene.annotations, objects=notes)
@@ -396,7 +326,7 @@ class Scripts(Part):
             self._lives.call(script, "sysCall_cleanup")
         self._lives.drop(script)
         if self._sim.is_running or script.kind == ScriptKind.CUSTOMIZATION:
-            self._phases.begin(script)
+            self.phases.begin(script)
         self._changed()
         return script.interpreter is not None
 
@@ -412,23 +342,6 @@ class Scripts(Part):
         self._handles[home, kind] = handle
         self._find_more()
 
-    def handle_customizations(self, function: str, *values: Any) -> int:
-        """Call a phase of the customization scripts for a main script; return how many have it."""
-        return self._phases.handle_customizations(function, *values)
-
-    def handle_embedded(self, function: str, *values: Any) -> int:
-        """Call a phase of child and customization scripts for a main script; return how many have it."""
-        return self._phases.handle_embedded(function, *values)
-
-    def handle_children(self, function: str, *values: Any) -> int:
-        """Call a function of all child scripts, for actuation after their threads; return how many have it."""
-        return self._phases.handle_children(function, *values)
-
-    def handle_child(self, owner: int, function: str, *values: Any) -> int:
-        """Call a function of the child script of an object; return 1 if it has it, else 0."""
-        script = self.of(owner, ScriptKind.CHILD)
-        return int(script is not None and self._lives.call(script, function, *values) is not None)
-
     def enable(self, script: Script, enabled: bool) -> None:
         """Have a script called or not. One that does not run yet starts only while it is enabled."""
         script.enabled = enabled
@@ -436,11 +349,11 @@ class Scripts(Part):
             script.starts_enabled = enabled
             runs = self._sim.is_running or script.kind == ScriptKind.CUSTOMIZATION
             if enabled and runs and not script.problem:
-                self._phases.begin(script)
+                self.phases.begin(script)
 
     def tell(self, function: str, event: dict[str, Any]) -> None:
         """Call a call-back of all scripts that have it, with one table."""
-        self._phases.call_all(function, event)
+        self.phases.call_all(function, event)
 
     def broadcast(self, sender: Script, message: object) -> None:
         """Call ``sysCall_msg(message, sender)`` of all scripts but the sender."""
@@ -448,37 +361,18 @@ class Scripts(Part):
             if script is not sender:
                 self._lives.call(script, "sysCall_msg", message, sender.handle)
 
-    def say_once(self, text: str, *, about: str = "") -> None:
-        """Print a line to the status bar, and so to the log, unless a script of this scene has caused it before.
-
-        Args:
-            about: what the line is about, where it contains values that change; there is one line about each.
-        """
-        if self.is_first(about or text):
-            self._status_bar.add(text)
-
-    def is_first(self, note: str) -> bool:
-        """Return whether no script of this scene has caused a note before, and keep its first characters; false from a
-        number of notes on that only a faulty script causes.
-        """
-        note = note[:_LONGEST_NOTE]
-        if note in self._told or len(self._told) >= _MOST_NOTES:
-            return False
-        self._told.add(note)
-        return True
-
     # --- the scene -------------------------------------------------------------------------------
 
     def close(self) -> None:
         """End all scripts when the scene is closed."""
-        self._phases.call_customizations("sysCall_cleanup")
+        self.phases.call_customizations("sysCall_cleanup")
         for script in (*self._scripts, self.sandbox):
             self._lives.drop(script)
         self._scripts = []
         self._reorder()
-        self._phases.objects.forget()
+        self.phases.objects.forget()
         self.loose.clear()
-        self._told.clear()
+        self.told_once.forget()
         self._changed()
 
     def _find(self) -> None:
@@ -506,13 +400,13 @@ class Scripts(Part):
         known = {(script.home, script.kind) for script in self._scripts}
         for handle in self._with_scripts():
             item = objects[handle]
-            for key, kind in _KINDS.items():
+            for key, kind in KINDS.items():
                 note = item.annotations.get(key)
                 if note is not None and (handle, kind) not in known:
                     script = self._add(kind, handle, note, item.name)
                     if kind == ScriptKind.CUSTOMIZATION or self._sim.is_running:
                         if script.starts_enabled:
-                            self._phases.begin(script)
+                            self.phases.begin(script)
                     else:
                         self._lives.announce(script)
 
@@ -520,36 +414,19 @@ class Scripts(Part):
         """Return handles of the objects that have scripts. These are few, so the search uses the annotations."""
         scene = self._sim.scene
         named = [
-            name for name, notes in scene.annotations.objects.items() if not _KINDS.keys().isdisjoint(notes)
+            name for name, notes in scene.annotations.objects.items() if not KINDS.keys().isdisjoint(notes)
         ]
         handles = map(scene.by_name, named)
         return sorted(handle for handle in handles if handle is not None)
 
     def _add(self, kind: ScriptKind, home: int, note: Annotation, name: str) -> Script:
-        item = self._sim.scene.objects.get(home)
-        is_object = item is not None and item.kind == ObjectKind.SCRIPT
-        text, file = note.get("text"), str(note.get("file", ""))
-        language = str(note.get("language", PYTHON if file.endswith(".py") else LUA))
-        middle = "" if kind == ScriptKind.CHILD else f".{kind.name.lower()}"
-        suffix = ".py" if language == PYTHON else ".lua"
-        script = Script(
-            handle=self._handles.pop((home, kind), self._next_handle),
-            kind=kind,
-            owner=item.parent if item is not None and is_object else home,
-            place=home if is_object else -1,
-            file=file or f"{name}{'' if name == 'main' else middle}{suffix}",
-            text=None if text is None else str(text),
-            folder=Path(str(note["folder"])) if "folder" in note else None,
-            of_client=bool(note.get("of_client", self._is_of_client)),
-            language=language,
-            threaded=bool(note.get("threaded", False)),
-            enabled=bool(note.get("enabled", True)),
-            starts_enabled=bool(note.get("enabled", True)),
-            joint_bases=bool(note.get("joint_bases", False)),
-            full_results=bool(note.get("full_results", language == PYTHON)),
-            stops_at_errors=bool(note.get("stops_at_errors", True)),
-            order=Order[str(note.get("order", "normal")).upper()],
-            traversal=Traversal[str(note.get("traversal", "reverse")).upper()],
+        script = read_script(
+            note,
+            kind,
+            self._handles.pop((home, kind), self._next_handle),
+            name,
+            self._sim.scene.objects.get(home),
+            is_of_client=self._is_of_client,
         )
         self._next_handle += 1
         self._scripts.append(script)

@@ -78,7 +78,7 @@ class Due:
         """Return whether there is regular work for a simulation that is stopped or paused."""
         if self._simulation.state is _RUNNING:
             return False
-        return self._world.scripts.want_idle or any(map(_WANTS_IDLE, self._watchers.idlers))
+        return self._world.scripts.phases.want_idle or any(map(_WANTS_IDLE, self._watchers.idlers))
 
     def seconds_until_round(self) -> float:
         """Return the seconds until a round is due, if nothing arrives before; infinity for none."""

@@ -93,8 +93,8 @@ class ApiPart:
         """
         infos, scripts = self._world.plugin_infos, self._world.scripts
         if not self.PLUGIN or infos.shows(self.PLUGIN, BAR_LEVEL, _NOTE):
-            scripts.say_once(text)
-        elif infos.shows(self.PLUGIN, CONSOLE_LEVEL, _NOTE) and scripts.is_first(text):
+            scripts.told_once.tell(text)
+        elif infos.shows(self.PLUGIN, CONSOLE_LEVEL, _NOTE) and scripts.told_once.is_first(text):
             logger.info("%s: %s", self.PLUGIN, as_log_line(text))
 
     def _wall_clock(self) -> float:

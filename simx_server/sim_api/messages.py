@@ -48,7 +48,7 @@ class MessageFunctions(ApiPart, effect="changes"):
             if level & _UNDECORATED == _UNDECORATED
             else f"[{item.name if item else 'script'}:{kind}] {text}"
         )
-        if level & _ONCE and not self._world.scripts.is_first(text):
+        if level & _ONCE and not self._world.scripts.told_once.is_first(text):
             return
         logged = logging.INFO if level & _LEVEL <= self._script.console_verbosity else logging.DEBUG
         if level & _LEVEL <= self._script.bar_verbosity:

@@ -78,7 +78,7 @@ class Namespaces:
 
     def __init__(self, world: World, script: Script) -> None:
         self._script = script
-        self._say_once = world.scripts.say_once
+        self._say_once = world.scripts.told_once.tell
         self._spaces = {space: kind(world, script) for space, kind in api.NAMESPACES.items()}
         self._found: dict[str, tuple[Callable[..., Any], Signature]] = {}
         """Functions that were called, by full name."""

@@ -123,7 +123,7 @@ class World:
 
     STEP: ClassVar[tuple[Stage, ...]] = (
         ("teleoperation", lambda world: world.arm_drive.has_work and world.arm_drive.move),
-        ("scripts' actuation", lambda world: world.scripts.has_work and world.scripts.actuate),
+        ("scripts' actuation", lambda world: world.scripts.phases.has_work and world.scripts.phases.actuate),
         ("paths", lambda world: world.paths.has_work and world.paths.move),
         ("inverse kinematics", lambda world: world.ik_groups.has_work and world.ik_groups.handle_automatic),
         ("edits that wait", lambda world: world.simulation.compile_edits),
@@ -150,8 +150,11 @@ class World:
         ("proximity sensors", lambda world: world.proximity.has_work and world.proximity.sense),
         ("force sensors", lambda world: world.force.has_work and world.force.sense),
         ("vision sensors", lambda world: world.vision.has_work and world.vision.sense_all),
-        ("images that scripts judge", lambda world: world.scripts.judges and world.scripts.judge_images),
-        ("scripts' sensing", lambda world: world.scripts.senses and world.scripts.sense),
+        (
+            "images that scripts judge",
+            lambda world: world.scripts.phases.judges and world.scripts.phases.judge_images,
+        ),
+        ("scripts' sensing", lambda world: world.scripts.phases.senses and world.scripts.phases.sense),
         ("graphs", lambda world: world.graphs.has_work and world.graphs.record_all),
         ("time", lambda world: world.simulation.count_step),
     )
@@ -173,7 +176,7 @@ class World:
         run is stopped.
         """
         simulation, running, done = self.simulation, SimulationState.RUNNING, -1
-        if simulation.state is running and self.scripts.refuse_step():
+        if simulation.state is running and self.scripts.phases.refuse_step():
             simulation.settle()
             return
         while done < len(self.STEP) - 1:
@@ -200,7 +203,7 @@ class World:
 
     def idle(self) -> None:
         """Do regular work; to be called from time to time while stopped or paused."""
-        self.scripts.idle()
+        self.scripts.phases.idle()
         self.clouds.show()
         self.textures.show()
         self.simulation.settle()

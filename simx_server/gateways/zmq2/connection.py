@@ -249,7 +249,7 @@ class ModelConnection(Connection):
                 raise CommandError(
                     f"{name[:_LETTERS]} is not called for clients; those are {', '.join(PHASES)}"
                 )
-            self._world.scripts.outside.add(name, self, partial(self._call_phase, name))
+            self._world.scripts.phases.outside.add(name, self, partial(self._call_phase, name))
         return True
 
     def _call_phase(self, name: str, *values: Any) -> None:
@@ -260,7 +260,7 @@ class ModelConnection(Connection):
         try:
             self._act(lambda: self.call_back(name, values))
         except ScriptError as problem:
-            self._world.scripts.say_once(f"{self.client.name}: {name}: {problem}")
+            self._world.scripts.told_once.tell(f"{self.client.name}: {name}: {problem}")
         finally:
             self._number, self._is_in_phase = outer, False
             deferred, self._deferred = self._deferred, []
@@ -328,4 +328,4 @@ class ModelConnection(Connection):
 
     def leave(self) -> None:
         """Have no phase call the client any more."""
-        self._world.scripts.outside.remove(self)
+        self._world.scripts.phases.outside.remove(self)

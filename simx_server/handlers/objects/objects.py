@@ -94,11 +94,11 @@ def remove_object(world: World, handle: int) -> None:
     """
     objects = world.simulation.scene.objects
     if handle == HANDLE_ALL:
-        world.scripts.of_objects.before_removal(list(objects))
+        world.scripts.phases.objects.before_removal(list(objects))
         editing.remove_all(world.simulation)
     else:
         if handle in objects:
-            world.scripts.of_objects.before_removal([handle])
+            world.scripts.phases.objects.before_removal([handle])
         if _remove_waiting(world, handle):
             return
         editing.remove_object(world.simulation, handle)
@@ -122,7 +122,7 @@ def remove_model(world: World, handle: int) -> None:
     """Accept only an object that is marked as a model base."""
     scene = world.simulation.scene
     if handle in scene.objects and scene.is_model_base(handle):
-        world.scripts.of_objects.before_removal([handle, *scene.descendants(handle)])
+        world.scripts.phases.objects.before_removal([handle, *scene.descendants(handle)])
     editing.remove_model(world.simulation, handle)
 
 

@@ -55,7 +55,7 @@ def kept(name: str, first: float) -> Quantity:
         return world.object_settings.kept(handle, number, first)
 
     def put(world: World, handle: int, value: float) -> None:
-        world.scripts.say_once(f"{name} ({number}) has no effect here; objects only keep its value")
+        world.scripts.told_once.tell(f"{name} ({number}) has no effect here; objects only keep its value")
         world.object_settings.keep(handle, number, value)
 
     return quantity(name, get, put)

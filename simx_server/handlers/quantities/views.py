@@ -51,7 +51,7 @@ def _set_render_mode(world: World, handle: int, mode: float) -> None:
         raise Unsupported(f"{mode:g} is not a render mode; those are {known}")
     if mode in _DRAWN_AS_COLOURS:
         name = RENDER_MODES[int(mode)]
-        world.scripts.say_once(
+        world.scripts.told_once.tell(
             f"render mode {mode:g}, {name}, draws colours as mode 0: there is one renderer here"
         )
     world.vision.change(handle, render_mode=int(mode))

@@ -44,7 +44,7 @@ class MainScriptFunctions(ApiPart, effect="changes"):
         """
         self._check_main(FAILED)
         function = _CALLED.get(call_type)
-        return 0 if function is None else self._world.scripts.handle_children(function, *values)
+        return 0 if function is None else self._world.scripts.phases.handle_children(function, *values)
 
     def handleSimulationScripts(self, call_type: int = _ACTUATION, *values: Any) -> int:
         """Call a phase of all child scripts: the name since CoppeliaSim 4.7. Partly: as sim.handleChildScripts."""
@@ -58,7 +58,7 @@ class MainScriptFunctions(ApiPart, effect="changes"):
         """Call the actuation of an object's child script; return 1, or 0 without one."""
         self._check_main(0)
         owner = self._sim.scene.get(self._self(handle)).handle
-        return self._world.scripts.handle_child(owner, "sysCall_actuation", *values)
+        return self._world.scripts.phases.handle_child(owner, "sysCall_actuation", *values)
 
     def _check_main(self, answer: int) -> None:
         if self._script.kind != ScriptKind.MAIN:
@@ -77,7 +77,7 @@ class MainScriptFunctions(ApiPart, effect="changes"):
         """
         self._check_main(FAILED)
         function = _CALLED.get(call_type)
-        return 0 if function is None else self._world.scripts.handle_embedded(function, *values)
+        return 0 if function is None else self._world.scripts.phases.handle_embedded(function, *values)
 
     def handleMainScript(self) -> int:
         """Return 0: the main script is called in each simulation step."""
@@ -118,7 +118,7 @@ class MainScriptFunctions(ApiPart, effect="changes"):
         """
         self._check_main(FAILED)
         function = _CALLED.get(call_type)
-        return 0 if function is None else self._world.scripts.handle_customizations(function, *values)
+        return 0 if function is None else self._world.scripts.phases.handle_customizations(function, *values)
 
     def handleAddOnScripts(self, _call_type: int, *_values: Any) -> int:
         """Return 0: add-ons with phases do not exist."""

@@ -22,7 +22,7 @@ def test_a_script_that_removes_itself_ends_after_its_call_with_its_cleanup() -> 
         }
     )
     assert [line for line in said(world) if "never called" not in line] == ["still here", "cleaned up"]
-    world.parts.scripts.idle()
+    world.parts.scripts.phases.idle()
     assert said(world) == []
     assert not world.parts.scripts.all()
 
@@ -38,8 +38,8 @@ def test_an_old_body_ends_itself_at_its_first_call() -> None:
         }
     )
     said(world)
-    world.parts.scripts.idle()
-    world.parts.scripts.idle()
+    world.parts.scripts.phases.idle()
+    world.parts.scripts.phases.idle()
     assert said(world) == ["once"]
 
 
@@ -87,7 +87,7 @@ def test_a_script_that_removes_its_object_ends_without_an_error(caplog: pytest.L
             CUSTOMIZATION: "function sysCall_init() sim.removeObject(sim.getObjectHandle('base')) print('gone') end"
         }
     )
-    world.parts.scripts.idle()
+    world.parts.scripts.phases.idle()
     world.run(1)
     assert said(world) == ["gone"]
     assert "is stopped" not in caplog.text

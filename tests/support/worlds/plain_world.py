@@ -37,7 +37,7 @@ class PlainSimulation:
         self.scene_id = 1
         self.limits = Limits()
         self.parameters = SimpleNamespace(error_report_mode=1)
-        self.scripts = SimpleNamespace(want_idle=False)
+        self.scripts = SimpleNamespace(phases=SimpleNamespace(want_idle=False))
         self.interruptions = Interruptions()
         self.rendering = None
         self.simulation = self

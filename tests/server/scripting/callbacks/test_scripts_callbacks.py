@@ -105,7 +105,7 @@ def test_customization_script_lives_from_load_to_close() -> None:
     assert said(world) == ["child cleanup", "custom afterSimulation"]
     world.sim.close()
     assert said(world) == ["custom cleanup"]
-    assert not world.parts.scripts.want_idle
+    assert not world.parts.scripts.phases.want_idle
 
 
 def test_customization_script_keeps_its_values_and_its_changes_before_a_start_stay() -> None:
