@@ -13,7 +13,7 @@ from simx_server.parts.add_ons import AddOn
 from simx_server.simulation.part import Part
 
 from .calling_order import Called, called
-from .exchange import check_results
+from .conversion.exchange import check_results
 from .interpreter import Function, ScriptError
 from .lives import Lives, OpenSpaces
 from .named_ports import named_ports

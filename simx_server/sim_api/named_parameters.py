@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from simx_server.parts.custom_data import APPLICATION, NAMED
-from simx_server.scripting.signature import to_text
+from simx_server.scripting.conversion.signature import to_text
 
 from .base import ApiPart
 from .effects import reads

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol.nearest import did_you_mean
 from simx_server import sim_api as api
 from simx_server.errors import CommandError, Unsupported
+from simx_server.scripting.conversion.signature import Signature
 from simx_server.scripting.interpreter import OLD_SPACES, Constant, Plain, Waiting
 from simx_server.scripting.modules.absent import no_such_plugin
-from simx_server.scripting.signature import Signature
 
 from .effects import Effect, declared
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from simx_server import sim_api as api
-from simx_server.scripting.strings import GIVES_BYTES, GIVES_TEXT
+from simx_server.scripting.conversion.strings import GIVES_BYTES, GIVES_TEXT
 from simx_server.sim_api.effects import Effect
 from simx_server.sim_api.namespaces import effects, signatures
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from simx_server.errors import CommandError
-from simx_server.scripting.signature import to_text
+from simx_server.scripting.conversion.signature import to_text
 from simx_server.sim_api.namespaces import Namespaces
 
 from .functions import Function

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, cast
 
+from simx_server.scripting.conversion.strings import NUMBERS, with_texts
 from simx_server.scripting.interpreter import Function
-from simx_server.scripting.strings import NUMBERS, with_texts
 
 from .functions import described
 

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import CommandError
+from simx_server.scripting.conversion.strings import NUMBERS
 from simx_server.scripting.interpreter import ScriptError, Waiting
-from simx_server.scripting.strings import NUMBERS
 from simx_server.service.calls.lasting import LastingCall
 from simx_server.service.monitoring.metrics import UNKNOWN
 from simx_server.sim_api.object_model.dispatch import is_known

@@ -36,7 +36,7 @@ from simx_server.scripting.interpreter import (
 )
 from simx_server.scripting.modules.absent import no_such_plugin
 
-from ..strings import GIVES_BYTES, LONG_LIST, NUMBERS, with_texts
+from ..conversion.strings import GIVES_BYTES, LONG_LIST, NUMBERS, with_texts
 from .process import PythonProcess
 from .python_wire import MAX_DEPTH, MAX_NUMBERS, MAX_TEXT, Packer, Unpacker, WireError
 

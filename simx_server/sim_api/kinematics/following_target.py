@@ -12,7 +12,7 @@ from simx_server.kinematics import Calculation, Element, Result
 from simx_server.kinematics.environment import Environment, EnvironmentGroup
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.poses import Pose
-from simx_server.scripting.signature import describe, to_bool, to_float, to_int, to_list
+from simx_server.scripting.conversion.signature import describe, to_bool, to_float, to_int, to_list
 from simx_server.sim_api.motion.fields import NUMBERS, read
 from simx_server.world.world import World
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from simx_server.errors import CommandError
 from simx_server.kinematics import Calculation, Element, Result, Solution, saved_environments
 from simx_server.kinematics.environment import Environment, EnvironmentGroup, GroupFlag
-from simx_server.scripting.signature import to_int
+from simx_server.scripting.conversion.signature import to_int
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 

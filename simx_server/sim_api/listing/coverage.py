@@ -16,7 +16,7 @@ from functools import cache
 from types import MappingProxyType
 
 from simx_server import sim_api as api
-from simx_server.scripting.signature import Parameter, Signature
+from simx_server.scripting.conversion.signature import Parameter, Signature
 from simx_server.sim_api.namespaces import constants, signatures
 
 

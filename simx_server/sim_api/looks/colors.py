@@ -9,7 +9,7 @@ from simx_server.parts.shape_colors import AMBIENT_DIFFUSE
 from simx_server.scene.editing import editing
 from simx_server.scene.geometry import lights
 from simx_server.scene.objects import ObjectKind
-from simx_server.scripting.signature import to_dict, to_float, to_int, to_list
+from simx_server.scripting.conversion.signature import to_dict, to_float, to_int, to_list
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 

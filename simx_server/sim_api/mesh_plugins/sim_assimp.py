@@ -16,7 +16,7 @@ from simx_server.handlers.mesh_files import parts_of_file, points_of_file
 from simx_server.handlers.saving import saved_name
 from simx_server.scene.poses.frames import get_pose
 from simx_server.scene.poses.poses import compose, inverse
-from simx_server.scripting.signature import Most
+from simx_server.scripting.conversion.signature import Most
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads, writes_files
 

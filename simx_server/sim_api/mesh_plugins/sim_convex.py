@@ -15,7 +15,7 @@ from simx_server.scene.geometry.decimating import decimated
 from simx_server.scene.geometry.hulls import hull
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.frames import get_pose
-from simx_server.scripting.signature import Most
+from simx_server.scripting.conversion.signature import Most
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from simx_server.errors import CommandError
-from simx_server.scripting.signature import describe, to_float, to_list
+from simx_server.scripting.conversion.signature import describe, to_float, to_list
 
 from .moving import numbers
 

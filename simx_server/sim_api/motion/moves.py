@@ -15,8 +15,7 @@ from simx_server.handlers import joints
 from simx_server.motion_profiles import Goal, Limits, Profile, State, Synchronisation
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.poses import Pose
-from simx_server.scripting.interpreter import Function, Waiting
-from simx_server.scripting.signature import (
+from simx_server.scripting.conversion.signature import (
     to_bool,
     to_first,
     to_float,
@@ -25,6 +24,7 @@ from simx_server.scripting.signature import (
     to_list,
     to_text,
 )
+from simx_server.scripting.interpreter import Function, Waiting
 from simx_server.sim_api.kinematics.following_target import FollowingTarget
 from simx_server.sim_api.values.matrices import as_numbers, as_pose
 

@@ -9,8 +9,8 @@ from types import MappingProxyType
 from typing import Any
 
 from simx_server.errors import CommandError
-from simx_server.scripting.signature import to_int
-from simx_server.scripting.strings import with_texts
+from simx_server.scripting.conversion.signature import to_int
+from simx_server.scripting.conversion.strings import with_texts
 from simx_server.sim_api.properties import property_types as t
 from simx_server.sim_api.properties.property_types import PropertyType
 

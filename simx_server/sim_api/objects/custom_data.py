@@ -17,7 +17,7 @@ from simx_server.parts.custom_data import (
     SCENE,
 )
 from simx_server.scene.objects import ObjectKind
-from simx_server.scripting.signature import Most
+from simx_server.scripting.conversion.signature import Most
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 from simx_server.sim_api.values.packing import pack, unpack

@@ -19,7 +19,7 @@ from simx_server.handlers.mesh_files import parts_of_file, points_of_file
 from simx_server.handlers.saving import saved_name
 from simx_server.scene.geometry.decimating import decimated
 from simx_server.scene.geometry.hulls import hull
-from simx_server.scripting.signature import Most
+from simx_server.scripting.conversion.signature import Most
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads, writes_files
 

@@ -19,8 +19,8 @@ from simx_server.parts.paths.flat_paths import (
 )
 from simx_server.parts.paths.splines import BOUNDARIES, cubic_spline
 from simx_server.parts.paths.time_optimal import Limits, time_optimal
+from simx_server.scripting.conversion.signature import Most
 from simx_server.scripting.interpreter import Function, ScriptError
-from simx_server.scripting.signature import Most
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.values.matrices import vector
 

@@ -18,7 +18,7 @@ from simx_server.scene.formats.loader import prepare
 from simx_server.scene.geometry.curve import LENGTH_PER_ANGLE, Curve, Method, Rules
 from simx_server.scene.geometry.sweep import sweep
 from simx_server.scene.poses.poses import Pose
-from simx_server.scripting.signature import Most
+from simx_server.scripting.conversion.signature import Most
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.values.matrices import vector
 from simx_server.sim_api.values.packing import pack, pack_table

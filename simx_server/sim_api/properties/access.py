@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.custom_data import APPLICATION, SCENE
-from simx_server.scripting.signature import describe
+from simx_server.scripting.conversion.signature import describe
 
 from . import missing
 from .entry import Property

@@ -14,7 +14,7 @@ from typing import Any, cast
 
 from simx_server.constant_tables import TABLES
 from simx_server.errors import CommandError
-from simx_server.scripting.signature import (
+from simx_server.scripting.conversion.signature import (
     to_any,
     to_bool,
     to_bytes,

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from simx_server.errors import CommandError, UnknownHandle
 from simx_server.parts.custom_data import APPLICATION, SCENE
+from simx_server.scripting.conversion.signature import to_text
 from simx_server.scripting.interpreter import Plain
-from simx_server.scripting.signature import to_text
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads
 from simx_server.sim_api.properties import access

@@ -10,10 +10,10 @@ from typing import Any, NoReturn
 from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.parts.add_ons import AddOn
-from simx_server.scripting.exchange import check_results
+from simx_server.scripting.conversion.exchange import check_results
+from simx_server.scripting.conversion.signature import to_text
 from simx_server.scripting.interpreter import ScriptError
 from simx_server.scripting.script import LUA, PYTHON, Script, ScriptKind
-from simx_server.scripting.signature import to_text
 from simx_server.scripting.targets import find_group, find_target, split_target
 from simx_server.sim_api.base import HANDLE_SELF, ApiPart
 from simx_server.sim_api.effects import needs_script, reads, runs_code

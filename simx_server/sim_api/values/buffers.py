@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.errors import CommandError
-from simx_server.scripting.signature import MOST_TEXTS
+from simx_server.scripting.conversion.signature import MOST_TEXTS
 from simx_server.sim_api.base import ApiPart
 
 _NUMBERS: dict[int, str] = {0: "u1", 1: "i1", 2: "<u2", 3: "<i2", 4: "<u4", 5: "<i4", 6: "<f4", 7: "<f8"}

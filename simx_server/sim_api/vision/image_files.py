@@ -12,7 +12,7 @@ from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.files.image_files import MOST_PIXELS, SUFFIXES, decoded, encoded
 from simx_server.handlers.files import store_file
-from simx_server.scripting.signature import to_text
+from simx_server.scripting.conversion.signature import to_text
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import writes_files
 

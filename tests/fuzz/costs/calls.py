@@ -23,9 +23,15 @@ from real_world import RealWorld
 from simx_client.protocol.commands import ANSWERED, Command
 from simx_server import sim_api as api
 from simx_server.errors import CommandError
+from simx_server.scripting.conversion.signature import (
+    MOST_CHARACTERS,
+    MOST_ITEMS,
+    MOST_TEXTS,
+    MOST_VALUES,
+    Most,
+)
 from simx_server.scripting.interpreter import ScriptError
 from simx_server.scripting.script import Script, ScriptKind
-from simx_server.scripting.signature import MOST_CHARACTERS, MOST_ITEMS, MOST_TEXTS, MOST_VALUES, Most
 from simx_server.sim_api.namespaces import Namespaces, signatures
 
 from ..scene import SCENE

@@ -59,7 +59,7 @@ def argument(annotation: Any, *, is_optional: bool = False) -> str:
     """Return the type of an argument.
 
     Args:
-        annotation: The annotation of our method, see `scripting/signature.py`.
+        annotation: The annotation of our method, see `scripting/conversion/signature.py`.
         is_optional: None stands for the default.
     """
     found = dict.fromkeys(text for each in _alternatives(annotation) for text in _argument(each))

@@ -9,9 +9,9 @@ from typing import Any, cast
 import numpy as np
 
 from simx_server.errors import CommandError
+from simx_server.scripting.conversion.signature import MOST_ITEMS
+from simx_server.scripting.conversion.strings import with_texts
 from simx_server.scripting.interpreter import Function
-from simx_server.scripting.signature import MOST_ITEMS
-from simx_server.scripting.strings import with_texts
 from simx_server.sim_api.object_model.enumerations import ENUMERATIONS
 from simx_server.sim_api.object_model.values import from_script, to_script
 

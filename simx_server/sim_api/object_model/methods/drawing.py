@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from simx_server.errors import CommandError
-from simx_server.scripting.signature import to_bytes
+from simx_server.scripting.conversion.signature import to_bytes
 from simx_server.sim_api.object_model.values import to_color
 
 from .method import (

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from simx_server.errors import CommandError
-from simx_server.scripting.signature import MOST_ITEMS, Signature, to_float, to_list, to_short_text
+from simx_server.scripting.conversion.signature import MOST_ITEMS, Signature, to_float, to_list, to_short_text
 from simx_server.sim_api.base import at_no_cost
 from simx_server.sim_api.effects import Effect
 from simx_server.sim_api.object_model.classes import classes_of, to_api_1

@@ -16,7 +16,7 @@ from simx_server.parts.paths.configurations import POSE, Array, Coordinate, limi
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.frames import wxyz_from_xyzw, xyzw_from_wxyz
 from simx_server.scene.poses.poses import Pose, rotate
-from simx_server.scripting.strings import with_texts
+from simx_server.scripting.conversion.strings import with_texts
 from simx_server.sim_api.object_model import targets
 from simx_server.sim_api.object_model.classes import FIRST_MARKER
 from simx_server.sim_api.object_model.instances.path import (

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from simx_server.errors import CommandError
+from simx_server.scripting.conversion.strings import with_texts
 from simx_server.scripting.interpreter import Waiting
-from simx_server.scripting.strings import with_texts
 from simx_server.sim_api.object_model.classes import SELF, script_at
 from simx_server.sim_api.object_model.values import from_script
 

@@ -19,9 +19,9 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, cast
 
 from simx_client.protocol.kinds import apply, to_int32
+from simx_server.errors import CommandError
 
-from ..errors import CommandError
-from .interpreter import Function, Plain
+from ..interpreter import Function, Plain
 
 MOST_ITEMS = 1_000_000
 """Numbers in a list, where the function does not declare fewer."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from .interpreter import Plain
+from ..interpreter import Plain
 
 GIVES_BYTES = re.compile(r"\.pack|Buffer|Img|Image|Depth|CustomDataBlock$|persistentDataRead")
 """Functions whose results are bytes even when these could be text."""
