@@ -42,8 +42,8 @@ def at_no_cost(script: Script) -> Generator[None]:
 class ApiPart:
     """The functions of one topic; public methods are functions of ``sim`` with the same name.
 
-    Annotations declare the types that a script may pass, see `scripting/conversion/signature.py`. The script gets the return
-    value: None becomes nil, a list or dict a table, a tuple several results. A method that must wait is a
+    Annotations declare the types that a script may pass, see `scripting/conversion/signature.py`. The script gets the
+    return value: None becomes nil, a list or dict a table, a tuple several results. A method that must wait is a
     generator: a yield suspends the script's thread until the next simulation step, and its return value holds the
     results (`interpreter.py`).
     """

@@ -356,4 +356,4 @@ def test_a_script_that_reads_countless_unknown_constants_fills_no_memory(world: 
         "for i = 1, 12000 do local _ = sim['no_such_' .. i] end local _ = sim['no_' .. string.rep('x', 1000000)]"
     )
     assert world.parts.status_bar.count < 11_000
-    assert sum(map(len, world.parts.scripts._told)) < 1_000_000
+    assert sum(map(len, world.parts.scripts.told_once._known)) < 1_000_000
