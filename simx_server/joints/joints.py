@@ -47,7 +47,7 @@ class Joints(Machine):
 
     def copied_positions(self) -> memoryview:
         """Return a copy of `qpos`, for `known_places`."""
-        return memoryview(self._measured.numbers())
+        return memoryview(self._sim.data.qpos.copy())
 
     def known_places(self, handles: Iterable[int]) -> dict[int, tuple[int, float]]:
         """Return where the positions of these joints are in `qpos`, and what is added to them, as far as it is known.

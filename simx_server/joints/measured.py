@@ -71,13 +71,9 @@ class Measured:
             change = math.remainder(change, 2 * math.pi)
         return change / self._sim.time_step
 
-    def numbers(self) -> np.ndarray:
-        """Return a copy of `qpos`."""
+    def _positions(self) -> Positions:
         data = self._sim.data
         if data is not self._data:
             self._data, self._copy, self._lengths = data, data.qpos.copy, data.ten_length
-        return self._copy()
-
-    def _positions(self) -> Positions:
-        numbers, lengths = self.numbers(), self._lengths
-        return numbers, lengths.copy() if lengths.size else lengths
+        lengths = self._lengths
+        return self._copy(), lengths.copy() if lengths.size else lengths

@@ -158,6 +158,8 @@ class Scene:
         """MuJoCo body id to the handle of the parent for elements of the body, as far as bodies define it; -1: none."""
         self.names: Names | None = None
         """Names of all elements of the model, if an edit has made them."""
+        self.tree = object()
+        """Another object after each change of the tree."""
         self._children: defaultdict[int, list[int]] | None = None
         self._leaves_first: dict[int, int] = {}
         self._descendants: dict[int, tuple[int, ...]] = {}
@@ -335,6 +337,7 @@ class Scene:
         return not self.model_property(handle) & NOT_A_MODEL
 
     def _forget_tree(self) -> None:
+        self.tree = object()
         self._children = None
         self._leaves_first = {}
         self._descendants, self.carried_apart, self.dofs_below = {}, {}, {}  # a twin shares the present ones

@@ -131,6 +131,8 @@ class Phases:
 
     def refuse_step(self) -> bool:
         """Call `sysCall_beforeMainScript`; return whether a script's answer is {doNotRunMainScript = true}."""
+        if not self._guards:
+            return False
         answers = [self._lives.call(script, BEFORE) for script in self._guards]
         return any(map(_refuses, answers))
 

@@ -77,7 +77,7 @@ class Scripts(Part):
         self._scripts: list[Script] = []
         self._called = Called()
         self._ordered_by: object = None
-        """The order of the scene's objects from which `_called` follows; None: it is not known."""
+        """The tree of the scene from which `_called` follows; None: it is not known."""
 
         self._next_handle = FIRST_HANDLE
         self._is_loading = True
@@ -252,9 +252,9 @@ class Scripts(Part):
 
     def called(self) -> Called:
         """Return the scripts in the order in which they are called."""
-        places = self._sim.scene.leaves_first()
-        if places is not self._ordered_by:
-            self._called, self._ordered_by = called(self._scripts, self._sim.scene), places
+        scene = self._sim.scene
+        if scene.tree is not self._ordered_by:
+            self._called, self._ordered_by = called(self._scripts, scene), scene.tree
         return self._called
 
     def set_order(self, script: Script, order: Order) -> None:

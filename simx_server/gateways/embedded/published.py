@@ -10,8 +10,8 @@ from simx_client.protocol.precision import Values, as_single
 
 if TYPE_CHECKING:
     from simx_client.protocol.commands import Command
-    from simx_server.service.answers.replies import Instant
     from simx_server.service.answers.streams import NewestValues
+    from simx_server.simulation.simulation import SimulationState
 
 
 class Published:
@@ -19,11 +19,11 @@ class Published:
 
     __slots__ = ("_numbers", "_others", "_places", "at", "is_seen", "time_ms")
 
-    def __init__(self, values: NewestValues, at: Instant) -> None:
+    def __init__(self, values: NewestValues, at: tuple[float, SimulationState, int]) -> None:
         """Keep what is published.
 
         Args:
-            at: the present instant.
+            at: the present instant, see `replies.Instant`.
         """
         self.at, self.time_ms = at, values.time_ms
         self.is_seen = False
@@ -31,10 +31,8 @@ class Published:
 
         self._numbers = values.numbers
         self._places = {} if values.positions is None else values.positions.places
-        self._others = [
-            (stream_id, value.command, value.answer, value.time_ms)
-            for stream_id, value in values.of_streams()
-        ]
+        others = values.of_streams()
+        self._others = others and [(each, one.command, one.answer, one.time_ms) for each, one in others]
 
     def position(self, handle: int) -> tuple[int, float] | None:
         """Return the id of the stream of a joint's position, and the position; None if it has to be taken."""

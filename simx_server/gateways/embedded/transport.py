@@ -424,4 +424,5 @@ class EmbeddedTransport(PackingLink):
     def publish(self, values: NewestValues) -> None:
         """Keep the newest values of the streams; `take_values` gives them the form that a message would give them."""
         if self._session is not None:
-            self._published = Published(values, self._service.messages.instant())
+            simulation = self._service.simulation
+            self._published = Published(values, (monotonic(), simulation.state, simulation.scene_id))

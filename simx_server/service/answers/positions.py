@@ -21,11 +21,10 @@ Place = tuple[int, int, float]
 
 
 class Positions(NamedTuple):
-    """Which streams of a client are read from a copy. It holds until the streams or the joints' places change."""
+    """Which streams of a client are read from a copy."""
 
     joints: Joints
     version: int
-    streams: Sequence[tuple[int, Value]]
     places: Mapping[int, Place]
     """By the joint's handle."""
 
@@ -38,13 +37,9 @@ class Positions(NamedTuple):
     values: Sequence[tuple[int, Value]]
     """The same with the ids of their streams."""
 
-    def holds(self, joints: Joints, streams: Streams) -> bool:
-        """Return whether nothing has changed since this was found."""
-        return (
-            self.streams is streams.shared_values()
-            and self.joints is joints
-            and self.version == joints.places_version
-        )
+    def hold(self, joints: Joints) -> bool:
+        """Return whether the joints are the same, and at the same places."""
+        return self.joints is joints and self.version == joints.places_version
 
 
 def find_positions(joints: Joints, streams: Streams) -> Positions:
@@ -58,4 +53,4 @@ def find_positions(joints: Joints, streams: Streams) -> Positions:
     ids = {stream_id for stream_id, _, _ in places.values()}
     others = [(stream_id, share) for stream_id, share in values if stream_id not in ids]
     shares = [share for _, share in others]
-    return Positions(joints, joints.places_version, values, places, ids, shares, others)
+    return Positions(joints, joints.places_version, places, ids, shares, others)

@@ -124,7 +124,7 @@ class Publisher:
             after_step: the simulation has just made a simulation step.
             is_bounded: stop when the time is over. False for a recording, which must not depend on the clock.
         """
-        answers = StepAnswers()
+        answers: StepAnswers = {}
         self._round += 1
         until = time.perf_counter() + LONGEST_FOR_ALL if is_bounded else math.inf
         # A copy, as clients come and go while a streamed call runs a script.
@@ -170,7 +170,7 @@ class Publisher:
         They count as executed.
         """
         joints, positions = self._simulation.joints, streams.positions
-        if positions is None or not positions.holds(joints, streams):
+        if positions is None or not positions.hold(joints):
             positions = streams.positions = find_positions(joints, streams)
         count = len(positions.places)
         if not count:
@@ -205,11 +205,12 @@ class Publisher:
             elif stream.is_due(now, every_image=every_image):
                 has_begun = True
                 question = stream.question()
-                answer = answers.get(question)
+                answer = None if question is None else answers.get(question)
                 if answer is None:
                     work = self._dispatch.bind(session, command, stream.arguments)
                     answer = self._executor.execute(session, tally, command, work)
-                    answers.put(question, answer)
+                    if question is not None:
+                        answers[question] = answer
                 if isinstance(answer, Future):
                     published: Future[None] = Future()
                     stream.pending, stream.last = published, None
@@ -263,7 +264,7 @@ class Publisher:
             work = share.work or self._dispatch.bind(session, command, share.arguments)
             answer = execute(session, tally, command, work)
             if isinstance(answer, Future):
-                answers.put(share.question, answer)
+                answers[share.question] = answer
                 late.append(share)
                 continue
             share.answer, share.time_ms, share.packed, share.round = answer, time_ms, None, this

@@ -29,6 +29,9 @@ REPEAT = 0.25
 Question = tuple[Any, ...]
 """Command and arguments."""
 
+StepAnswers = dict[Question, Answer | Future[Answer]]
+"""The answers of one simulation step by question: equal questions are computed once."""
+
 
 @dataclass(slots=True, eq=False)
 class Value:
@@ -126,7 +129,7 @@ class Streams:
     """The first of `single` that was left out because time ran out, or 0."""
 
     positions: Positions | None = None
-    """Those of `shared` that were read from a copy in the last round."""
+    """Those of `shared` that were read from a copy in the last round; None after a change of these streams."""
 
     _shared_values: Sequence[tuple[int, Shared]] | None = None
     """What `shared_values` returns; None after a change of these streams."""
@@ -135,10 +138,7 @@ class Streams:
     """Their heads and newest answers, alternating."""
 
     def shared_values(self) -> Sequence[tuple[int, Shared]]:
-        """Return the ids of `shared`, and what they share with others, in the order they were armed.
-
-        It is the same object until these streams change.
-        """
+        """Return the ids of `shared`, and what they share with others, in the order they were armed."""
         if self._shared_values is None:
             both = [(stream, stream.shared) for stream in self.shared.values() if stream.shared is not None]
             self._shared_values = [(stream.stream_id, share) for stream, share in both]
@@ -176,7 +176,7 @@ class Streams:
         self.cancel(stream.stream_id)
         self.by_id[stream.stream_id] = stream
         (self.single if stream.shared is None else self.shared)[stream.stream_id] = stream
-        self._shared_values = None
+        self._shared_values = self.positions = None
 
     def single_in_turn(self) -> list[Stream]:
         """Return the streams of `single`, starting with those that had to wait."""
@@ -192,7 +192,7 @@ class Streams:
             stream.shared = None
             del self.shared[stream.stream_id]
             self.single[stream.stream_id] = stream
-        self._shared_values = None
+        self._shared_values = self.positions = None
 
     def images_on_the_way(self) -> list[Future[Any]]:
         """Return the images that are requested and not rendered yet."""
@@ -206,13 +206,13 @@ class Streams:
         if self.by_id.pop(stream_id, None) is not None:
             self.shared.pop(stream_id, None)
             self.single.pop(stream_id, None)
-            self._shared_values = None
+            self._shared_values = self.positions = None
 
     def clear(self) -> None:
         """End all streams."""
         for streams in (self.by_id, self.shared, self.single):
             streams.clear()
-        self._shared_values = None
+        self._shared_values = self.positions = None
 
 
 class NewestValues:
@@ -264,17 +264,3 @@ class NewestValues:
             return b""
         streams.last_sent, streams.next_repeat = replies, self._now + REPEAT
         return encode_delivery(self._head(), replies, len(parts) // 2)
-
-
-class StepAnswers:
-    """The answers of one simulation step by question: equal questions are computed once."""
-
-    def __init__(self) -> None:
-        self._answers: dict[tuple[Any, ...], Answer | Future[Answer]] = {}
-
-    def get(self, question: tuple[Any, ...] | None) -> Answer | Future[Answer] | None:
-        return None if question is None else self._answers.get(question)
-
-    def put(self, question: tuple[Any, ...] | None, answer: Answer | Future[Answer]) -> None:
-        if question is not None:
-            self._answers[question] = answer
