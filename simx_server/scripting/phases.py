@@ -170,9 +170,11 @@ class Phases:
 
     def handle_children(self, function: str, *values: Any) -> int:
         """Call a function of all child scripts, for actuation after their threads; return how many have it."""
-        children = self._scripts.called().children
+        return self._call_children(self._scripts.called().children, function, *values)
+
+    def _call_children(self, children: tuple[Script, ...], function: str, *values: Any) -> int:
         if function == ACTUATION and self._resume(children):
-            children = self._scripts.called().children
+            children = self._scripts.called().children  # a thread may have changed them
         return self._call(children, function, *values)
 
     def handle_child(self, owner: int, function: str, *values: Any) -> int:
@@ -244,12 +246,12 @@ class Phases:
                 self._lives.call_scheduled(script, time.monotonic())
 
     def _phase(self, function: str) -> None:
-        main = self._scripts.called().main
+        scripts = self._scripts.called()
         self._handled.clear()
-        if main:
-            self._lives.call(main[0], function)
+        if scripts.main:
+            self._lives.call(scripts.main[0], function)
         else:
-            self.handle_children(function)
+            self._call_children(scripts.children, function)
         if function not in self._handled and self._scripts.called().customizations:
             self.handle_customizations(function)
         self.outside.call(function)

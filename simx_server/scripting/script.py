@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -221,10 +222,15 @@ class Script:
         Raises:
             ScriptError: the text cannot be read.
         """
+        return self._read(sim)[0]
+
+    def _read(self, sim: Simulation) -> tuple[bytes, Path | None]:
+        """Return its text and the file of that. Raises ScriptError."""
         if self.text is not None:
-            return self.text.encode("utf-8", "surrogateescape")
+            return self.text.encode("utf-8", "surrogateescape"), None
+        path = self.path(sim)
         try:
-            return self.path(sim).read_bytes()
+            return path.read_bytes(), path
         except OSError as problem:
             raise ScriptError(f"{self.file} cannot be read: {problem.strerror}") from problem
 
@@ -237,12 +243,12 @@ class Script:
         Raises:
             ScriptError: the text cannot be read; CodeNotAllowed: it may not be run.
         """
-        text = self.source(sim)
+        text, path = self._read(sim)
         if allows_code:
             return text
         if self.of_client and (self.text is not None or Path(self.file).suffix not in SUFFIXES):
             raise CodeNotAllowed(f"a client sent the scene or model that it is in, {_NOT_ALLOWED}")
-        if self.text is None and sim.files.client_files.holds(self.path(sim), text):
+        if path is not None and sim.files.client_files.holds(path, text):
             raise CodeNotAllowed(f"a client sent {self.file}, {_NOT_ALLOWED}")
         return text
 
@@ -273,8 +279,11 @@ def find_file(sim: Simulation, folder: Path | None, name: str) -> Path:
     if folder is None:
         raise ScriptError(f"{name} cannot be found: the scene was not loaded from a file")
     # A model's file gives the script's path relative to itself, also when a scene includes that file.
+    is_plain = os.path.basename(name) == name
     for base in (folder, sim.files.sources.shipped):
         for path in (base / name, base / MODELS / name):
+            if is_plain and path.parent == base and not os.path.lexists(path):
+                continue  # resolving it would find the same, and takes longer
             path = path.resolve()
             if not path.is_relative_to(base):
                 raise ScriptError(f"{name} is outside the scene's folder {base}; put it there")

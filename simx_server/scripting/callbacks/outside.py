@@ -37,5 +37,6 @@ class OutsideCalls:
 
     def call(self, phase: str, *values: Any) -> None:
         """Call the clients of a phase, in the order in which they came."""
-        for call in list(self._by_phase.get(phase, {}).values()):
-            call(*values)
+        if self._by_phase:
+            for call in list(self._by_phase.get(phase, {}).values()):
+                call(*values)
