@@ -18,13 +18,12 @@ from simx_client.connection.exchange import Exchange
 from simx_client.errors import NotConnected, ObjectGone, RemoteError, TimedOut
 from simx_client.protocol import constants as c
 
+from .known_calls import KnownCalls, Reads
+
 T = TypeVar("T")
 
 Generation = tuple[int, int]
 """Number of the connection and of the scene. A handle is valid within one generation."""
-
-Reads = dict[tuple[Any, ...], Answer[Any]]
-"""Calls that only read, by function and arguments."""
 
 
 class Subject(Protocol):
@@ -53,8 +52,8 @@ class Channel:
         self._batching_depth = 0
         self.is_closed = False
         self.is_stepping = False
-        self._known: Reads | None = None
-        """Available answers, while the results of a step are read."""
+        self._known: KnownCalls | None = None
+        """Calls with answers, while the results of a step are read."""
 
         self._looked_at: Reads = {}
 
@@ -72,6 +71,8 @@ class Channel:
 
     def request(self, note: Callable[[Calls], Answer[T]], *subjects: Subject) -> T:
         """Make a call and return its result. Raises as ``gather``."""
+        if self._known is not None and (answer := self._at_hand(self._known, note, subjects)) is not None:
+            return answer.value
         return self.gather(note, *subjects).value
 
     def gather(self, note: Callable[[Calls], T], *subjects: Subject) -> T:
@@ -89,10 +90,22 @@ class Channel:
             TimedOut, NotConnected: an answer is missing.
             ObjectGone: a subject was removed, or its scene was replaced.
         """
+        if self._known is not None and (result := self._at_hand(self._known, note, subjects)) is not None:
+            return result
         calls = Calls(0, self.where)
         result = self._make(calls, note, subjects)
-        self._raise([answer for answer in calls.noted if answer.code], subjects)
+        if refused := [answer for answer in calls.noted if answer.code]:
+            self._raise(refused, subjects)
         return result
+
+    def _at_hand(
+        self, known: KnownCalls, note: Callable[[Calls], T], subjects: Sequence[Subject]
+    ) -> T | None:
+        """Return the result of `note` if the answers to all its calls are known; None: they have to be made."""
+        if self._batched:
+            return None
+        self._check(subjects)
+        return known.result(note)
 
     def try_all(self, note: Callable[[Calls], T]) -> T:
         """Make calls that the server may refuse: read the code of each answer. Otherwise as ``gather``."""
@@ -102,7 +115,7 @@ class Channel:
         self._check(subjects)
         result = note(calls)
         if self._known is not None and all(answer.marshal.command.only_reads for answer in calls.noted):
-            self._recall(calls.noted, self._known)
+            self._recall(calls.noted, self._known.answers)
         else:
             self.exchange(calls.noted)
         self._check(subjects)  # another client may have loaded a scene meanwhile
@@ -160,9 +173,10 @@ class Channel:
             missing = [answer.failure for answer in sent if answer.reply is None]
             now = self._connection.connection_id
             raise (NotConnected if now == -1 or now != before else TimedOut)(missing)
-        if header := self._connection.newest_header():
-            self.generation = (before, header.scene_id)
-        self._raise([answer for answer in batched if answer.code])
+        if (scene := self._connection.newest_scene()) is not None:
+            self.generation = (before, scene)
+        if refused := [answer for answer in batched if answer.code]:
+            self._raise(refused)
 
     # --- batching --------------------------------------------------------------------------------
 
@@ -189,7 +203,8 @@ class Channel:
             The function's result, and all reads that it made.
         """
         outer = self._known, self._looked_at
-        self._known, self._looked_at = known, {}
+        self._looked_at = {}
+        self._known = KnownCalls(self.where, known, self._looked_at)
         try:
             return read(), self._looked_at
         finally:

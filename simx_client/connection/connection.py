@@ -470,6 +470,11 @@ class Connection:
         """Return the newest delivery processed so far; never waits."""
         return self._header
 
+    def newest_scene(self) -> int | None:
+        """Return the scene's number in the newest header; None before the first."""
+        header = self.newest_header()
+        return None if header is None else header.scene_id
+
     def newest_header(self) -> Delivery | None:
         """Return the newest delivery with replies, None before the first."""
         with self._lock:

@@ -158,9 +158,8 @@ class EmbeddedConnection(Connection):
             self._drain()
             self._flush()  # the script made the batched calls before these
             calls = list(calls)
-            replies = direct.execute_together(
-                [(marshal.command, values) for marshal, values, _ in calls], self.timeout
-            )
+            commands = [(marshal.command, values) for marshal, values, _ in calls]
+            replies = direct.execute_together(commands, self.timeout)
             if replies is None:
                 return super().send_together(calls)
             self._count_direct()
@@ -178,6 +177,15 @@ class EmbeddedConnection(Connection):
         if newest:
             self._header = None  # these are newer
             self._modes.absorb_replies(newest)
+
+    def newest_scene(self) -> int | None:
+        """Return the scene's number in the newest header; None before the first."""
+        with self._lock:
+            if self._check_link() and not self._pauses:
+                self._drain()
+            if self._header is not None or self._direct is None:
+                return None if self._header is None else self._header.scene_id
+            return self._direct.scene_id
 
     def newest_header(self) -> Delivery | None:
         """Return the newest delivery, or what its header would have been without a message; None before the first."""

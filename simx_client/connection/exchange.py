@@ -4,6 +4,7 @@ run at once."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from operator import attrgetter
 from typing import Any, Protocol
 
 from simx_client.calls.answers import Answer
@@ -13,6 +14,8 @@ from simx_client.protocol.messages import Reply
 
 from .clients import CLIENTS
 from .connection import Connection
+
+_REPLY = attrgetter("reply")
 
 
 class Party(Protocol):
@@ -91,7 +94,7 @@ class Exchange:
             self.connection.forget(self._ids)
 
     def _is_answered(self) -> bool:
-        return all(answer.reply is not None for answer in self._answers)
+        return None not in map(_REPLY, self._answers)
 
     @property
     def failures(self) -> list[Failure]:

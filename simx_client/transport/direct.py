@@ -86,6 +86,11 @@ class DirectTransport(Transport, Protocol):
         """
         ...
 
+    @property
+    def scene_id(self) -> int | None:
+        """Return the number of the scene in `header`, without making it."""
+        ...
+
     def header(self, message_id: int, client_time: int) -> Delivery | None:
         """Return a delivery without replies for the newest direct reply, or values of streams; None before them."""
         ...

@@ -10,7 +10,7 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from threading import get_ident
 from time import monotonic, perf_counter
@@ -18,7 +18,7 @@ from typing import Any, cast
 
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol.commands import TRIGGER, Command
-from simx_client.protocol.messages import PROTOCOL_VERSION, Delivery, Reply, Welcome, of_fields
+from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery, Reply, Welcome, of_fields
 from simx_client.protocol.precision import Values
 from simx_client.transport.direct import DirectFunction, ShortWay, StreamWay
 from simx_server.limits import LimitReached
@@ -58,6 +58,7 @@ class EmbeddedTransport(PackingLink):
         """
         self.client = client
         self._loop, self._service, self._turns = loop, loop.service, turns
+        self._simulation = loop.service.simulation
         self._name, self._port = name, port
         self._session: ClientSession | None = None
         self._alone: Alone | None = None
@@ -73,7 +74,9 @@ class EmbeddedTransport(PackingLink):
         """When the client took the newest values, or got its newest direct reply."""
 
         self._images: dict[int, bytes] = {}
-        self._prepared: dict[str, DirectCall] = {}
+        self._prepared: dict[str, tuple[DirectCall, Shortcut | None]] = {}
+        """By function: what executes it, and its shortcut, if it has one that this client may take."""
+
         self._addresses = Addresses(self._service.world)
         self._version = -1
         self.replied_at_ms = 0
@@ -102,7 +105,7 @@ class EmbeddedTransport(PackingLink):
             raise ConnectionFailed(str(problem)) from problem
         finally:
             self._turns.end()
-        return Welcome(PROTOCOL_VERSION, "", "embedded", "", self._service.simulation.scene.name)
+        return Welcome(PROTOCOL_VERSION, "", "embedded", "", self._simulation.scene.name)
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
         if not self._turns.begin():  # within a step of this very thread
@@ -180,7 +183,7 @@ class EmbeddedTransport(PackingLink):
             raise ConnectionFailed("the client has not joined")
         turns, simulation, direct = (
             self._turns,
-            self._service.simulation,
+            self._simulation,
             self._direct(self._session, command),
         )
         lock, is_held_here, execute, received = (
@@ -222,33 +225,22 @@ class EmbeddedTransport(PackingLink):
         session, alone = self._session, self._alone
         if session is None or alone is None:
             raise ConnectionFailed("the client has not joined")
-        direct = self._direct(session, command)
+        direct, shortcut = self._prepare(session, command)
         if command.name == TRIGGER:
             return self._step(direct, alone, report)
-        shortcut = self._addresses.shortcut(command.name) if may(session, command) else None
-        return None if shortcut is None else self._short(direct, shortcut)
+        return None if shortcut is None else self._short(shortcut)
 
-    def _short(self, direct: DirectCall, shortcut: Shortcut) -> ShortWay:
-        turns, executor = self._turns, self._service.executor
-        lock, is_held_here, is_first_at, note_time = (
-            turns.lock,
-            turns.is_held_here,
-            direct.begin,
-            self._note_time,
-        )
-        simulation = self._service.simulation
+    def _short(self, shortcut: Shortcut) -> ShortWay:
+        turns, simulation = self._turns, self._simulation
+        lock, is_held_here = turns.lock, turns.is_held_here
 
         def call(arguments: Sequence[Any]) -> Any:
-            if executor.log_of_calls is not None or is_held_here() or not lock.acquire(False):
+            if is_held_here() or not lock.acquire(False):
                 return None
             turns.owner = get_ident()
             try:
                 result = shortcut(arguments)
                 if result is not None:
-                    if (began := is_first_at()) is not None:
-                        direct.record(perf_counter() - began)
-                    if simulation.version != self._version:
-                        note_time()
                     self._replied = monotonic(), simulation.state, simulation.scene_id
                 return result
             finally:
@@ -257,8 +249,25 @@ class EmbeddedTransport(PackingLink):
 
         return call
 
+    def _counted(self, direct: DirectCall, shortcut: Shortcut) -> Shortcut:
+        """Return a shortcut that counts its calls. None: the call has to be executed. Within a turn."""
+        executor, simulation, begin = self._service.executor, self._simulation, direct.begin
+
+        def call(arguments: Sequence[Any]) -> Any:
+            if executor.log_of_calls is not None:
+                return None
+            result = shortcut(arguments)
+            if result is not None:
+                if (began := begin()) is not None:
+                    direct.record(perf_counter() - began)
+                if simulation.version != self._version:
+                    self._note_time()
+            return result
+
+        return call
+
     def _step(self, direct: DirectCall, alone: Alone, report: Callable[[str], object]) -> ShortWay:
-        turns, simulation = self._turns, self._service.simulation
+        turns, simulation = self._turns, self._simulation
         lock, is_held_here = turns.lock, turns.is_held_here
 
         def step(_arguments: Sequence[Any]) -> int | None:
@@ -282,7 +291,7 @@ class EmbeddedTransport(PackingLink):
 
     def _note_time(self) -> None:
         """Note the time of replies, which changes with `Simulation.version`: steps and stops change that too."""
-        self._version, self.replied_at_ms = self._service.simulation.version, self._service.messages.time_ms()
+        self._version, self.replied_at_ms = self._simulation.version, self._service.messages.time_ms()
 
     def execute_together(self, calls: Sequence[tuple[Command, Values]], timeout: float) -> list[Reply] | None:
         if self._session is None:
@@ -290,11 +299,11 @@ class EmbeddedTransport(PackingLink):
         if self._turns.owner == get_ident():
             return None
         replies: list[Reply] = []
-        left, deadline = deque(calls), time.monotonic() + timeout
-        while left and self._turns.begin(deadline):
+        left, deadline = iter(calls), time.monotonic() + timeout
+        while len(replies) < len(calls) and self._turns.begin(deadline):
             try:
                 later = self._execute_until_wait(self._session, left, replies)
-                self._replied = self._service.messages.instant()
+                self._replied = monotonic(), self._simulation.state, self._simulation.scene_id
             finally:
                 self._turns.end()
             if later is not None:
@@ -305,13 +314,16 @@ class EmbeddedTransport(PackingLink):
         return replies
 
     def _execute_until_wait(
-        self, session: ClientSession, calls: deque[tuple[Command, Values]], replies: list[Reply]
+        self, session: ClientSession, calls: Iterator[tuple[Command, Values]], replies: list[Reply]
     ) -> tuple[DirectCall, Future[Answer]] | None:
         """Execute calls and add their replies, until one is answered later; return that one. Within a turn."""
         prepared, alone, reply = self._prepared, self._alone, self._reply
-        while calls:
-            command, arguments = calls.popleft()
-            direct = prepared.get(command.name) or self._direct(session, command)
+        for command, arguments in calls:
+            direct, shortcut = prepared.get(command.name) or self._prepare(session, command)
+            if shortcut is not None and (result := shortcut(arguments)) is not None:
+                values = [] if result.__class__ is int else [result[1]]
+                replies.append(of_fields(Reply, (0, STATUS_OK, self.replied_at_ms, values)))
+                continue
             if command.name == TRIGGER and alone is not None and alone.is_alone:
                 replies.append(reply(direct, alone.step(direct)))
                 continue
@@ -324,15 +336,19 @@ class EmbeddedTransport(PackingLink):
         return None
 
     def _direct(self, session: ClientSession, command: Command) -> DirectCall:
-        found = self._prepared.get(command.name)
-        if found is None:
-            found = self._prepared[command.name] = DirectCall(self._service.executor, session, command)
+        return (self._prepared.get(command.name) or self._prepare(session, command))[0]
+
+    def _prepare(self, session: ClientSession, command: Command) -> tuple[DirectCall, Shortcut | None]:
+        direct = DirectCall(self._service.executor, session, command)
+        shortcut = self._addresses.shortcut(command.name) if may(session, command) else None
+        found = direct, None if shortcut is None else self._counted(direct, shortcut)
+        self._prepared[command.name] = found
         return found
 
     def _reply(self, direct: DirectCall, answer: Answer) -> Reply:
         """Return the reply to a direct call."""
         status, values = answer
-        if self._service.simulation.version != self._version:
+        if self._simulation.version != self._version:
             self._note_time()
         return of_fields(
             Reply, (0, status, self.replied_at_ms, values if status else direct.received(values))
@@ -404,6 +420,11 @@ class EmbeddedTransport(PackingLink):
         """Note that the client reads published values, which are then the newest that its header tells of."""
         published.is_seen, self._replied = True, published.at
 
+    @property
+    def scene_id(self) -> int | None:
+        """Return the number of the scene in that header, without making it."""
+        return None if self._replied is None else self._service.messages.scene_id(self._replied[2])
+
     def header(self, message_id: int, client_time: int) -> Delivery | None:
         """Return the newest direct reply, or values of streams, in the form of a message's header."""
         at = self._replied
@@ -424,5 +445,5 @@ class EmbeddedTransport(PackingLink):
     def publish(self, values: NewestValues) -> None:
         """Keep the newest values of the streams; `take_values` gives them the form that a message would give them."""
         if self._session is not None:
-            simulation = self._service.simulation
+            simulation = self._simulation
             self._published = Published(values, (monotonic(), simulation.state, simulation.scene_id))

@@ -88,6 +88,11 @@ class Messages:
         simulation = self._simulation
         return of_fields(Instant, (time.monotonic(), simulation.state, simulation.scene_id))
 
+    @staticmethod
+    def scene_id(number: int) -> int:
+        """Return the form that a header has of a scene's number."""
+        return number & _SCENE_ID_MASK
+
     def header(self, at: Instant, message_id: int, client_time: int) -> Delivery:
         """Return a delivery without replies that was sent at an instant."""
         return self._delivery_at(at, message_id, client_time, [])
@@ -102,7 +107,7 @@ class Messages:
             message_id,
             client_time,
             int(at.seconds * 1000) & 0x7FFF_FFFF,
-            at.scene_id & _SCENE_ID_MASK,
+            self.scene_id(at.scene_id),
             _STATE_BITS[at.state] | real_time,
             replies,
         )
