@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
 from collections import Counter
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from processes import ROOT
-from statements import statements
+from statements import parsed, statements
 
 PACKAGES = ("simx_client", "simx_server")
 MOST_FILES = 15
@@ -39,21 +40,30 @@ def modules() -> dict[str, Path]:
 
 
 @cache
+def written_imports(path: Path) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """The modules that a file imports anywhere, as written there, with the names that it takes from each."""
+    found: list[tuple[str, tuple[str, ...]]] = []
+    for node in statements(parsed(path)):
+        if isinstance(node, ast.Import):
+            found += ((alias.name, ()) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            module = "." * node.level + (node.module or "")
+            found.append((module, tuple(alias.name for alias in node.names)))
+    return tuple(found)
+
+
+@cache
 def imports(module: str) -> frozenset[str]:
     """The modules that a module imports anywhere: within functions and for types too."""
     path = modules()[module]
-    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    package = (module if path.name == "__init__.py" else module.rpartition(".")[0]).split(".")
     found: set[str] = set()
-    for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            above = package.split(".")[: len(package.split(".")) + 1 - node.level] if node.level else []
-            base = ".".join([*above, *([node.module] if node.module else [])])
-            found |= {
-                f"{base}.{alias.name}" if f"{base}.{alias.name}" in modules() else base
-                for alias in node.names
-            }
+    for written, names in written_imports(path):
+        name = written.lstrip(".")
+        level = len(written) - len(name)
+        above = package[: len(package) + 1 - level] if level else []
+        base = ".".join([*above, *([name] if name else [])])
+        found |= {f"{base}.{each}" if f"{base}.{each}" in modules() else base for each in names} or {base}
     return frozenset(name for name in found & modules().keys() if name != module)
 
 
@@ -97,6 +107,40 @@ def test_the_client_imports_nothing_of_the_server() -> None:
             assert not [name for name in imports(module) if name.startswith("simx_server")], module
 
 
+def test_dependence_runs_one_way_from_server_to_protocol() -> None:
+    for path in (ROOT / "simx_client").rglob("*.py"):
+        # The process that owns cv2's windows draws with cv2; the script's own process imports nothing of it.
+        forbidden = (
+            ("simx_server", "mujoco") if path.parent.name == "desk" else ("simx_server", "mujoco", "cv2")
+        )
+        for name, _ in written_imports(path):
+            assert name.partition(".")[0] not in forbidden, path
+    protocol = ROOT / "simx_client" / "protocol"
+    for path in protocol.rglob("*.py"):
+        above = "." * (2 + len(path.relative_to(protocol).parts) - 1)
+        for name, _ in written_imports(path):
+            top = name.partition(".")[0]
+            assert not name.startswith(above), path
+            is_within = f"{name}.".startswith("simx_client.protocol.")
+            allowed = {*sys.stdlib_module_names, "msgpack", "zenoh", ""}
+            # Who draws random values has NumPy; nothing else of the client imports that module.
+            allowed |= {"numpy"} if path.name == "random_values.py" else set()
+            assert is_within or top in allowed, path
+    page = ROOT / "simx_server" / "viewer" / "page"
+    nursery = ROOT / "simx_server" / "classroom" / "editor" / "nursery.py"
+    for path in (ROOT / "simx_server").rglob("*.py"):
+        if page in path.parents or path == nursery:
+            continue  # processes of their own, and clients as any other
+        for name, _ in written_imports(path):
+            if name.startswith("simx_client"):
+                # Only the ways within a process may know more of the client than the protocol: they implement its seam.
+                is_within = path.name == "embedding.py" or path.parent.name in ("loopback", "embedded")
+                assert name.startswith("simx_client.protocol") or is_within, path
+            assert "viewer.page" not in name, path
+            if path.parent == page.parent and path.name != "__main__.py":
+                assert not name.startswith(".page"), path
+
+
 def test_the_client_loads_no_module_of_the_server_by_name() -> None:
     for path in files("simx_client"):
         assert not re.search(r"""["']simx_server\.\w""", path.read_text(encoding="utf-8")), path
@@ -110,7 +154,7 @@ def test_no_folder_has_very_many_files(part: str) -> None:
 
 def _content(folder: Path) -> str:
     """The first sentence of a folder's docstring."""
-    text = ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8"))) or ""
+    text = ast.get_docstring(parsed(folder / "__init__.py")) or ""
     return " ".join(re.split(r"\.(?:\s|$)", text)[0].replace("``", "`").split())
 
 
@@ -132,8 +176,8 @@ def test_arrays_of_a_model_are_compared_with_numbers() -> None:
     slow = [
         f"{path.relative_to(ROOT)}:{node.lineno}"
         for path in files("simx_server")
-        if "mujoco.mjt" in (text := path.read_text(encoding="utf-8"))
-        for node in ast.walk(ast.parse(text))
+        if "mujoco.mjt" in path.read_text(encoding="utf-8")
+        for node in ast.walk(parsed(path))
         if isinstance(node, ast.Compare)
         for sides in [[ast.unparse(each) for each in (node.left, *node.comparators)]]
         if any(map(_ARRAY.search, sides)) and any(map(_MEMBER.fullmatch, sides))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ast
+import functools
 import inspect
 import re
 from pathlib import Path
 
 import pytest
+from statements import parsed, statements
 
 from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.differences import DIFFERENCES, Difference, for_readme
@@ -21,8 +23,12 @@ PAGE = ROOT / "docs" / "coverage.md"
 @pytest.mark.parametrize("difference", DIFFERENCES, ids=lambda each: each.title)
 def test_the_test_that_a_difference_names_is_there(difference: Difference) -> None:
     file, _, name = difference.test.partition("::")
-    tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
-    assert name in {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+    assert name in _functions(ROOT / file)
+
+
+@functools.cache
+def _functions(file: Path) -> set[str]:
+    return {node.name for node in statements(parsed(file)) if isinstance(node, ast.FunctionDef)}
 
 
 @pytest.mark.parametrize("difference", DIFFERENCES, ids=lambda each: each.title)

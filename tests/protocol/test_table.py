@@ -1,6 +1,5 @@
 """The table and everything that is made from it agree."""
 
-import ast
 import inspect
 import json
 import subprocess
@@ -9,7 +8,6 @@ import types
 from pathlib import Path
 
 import pytest
-from statements import statements
 
 import simx_client
 from simx_client.legacy import local, stubs
@@ -91,50 +89,6 @@ def test_importing_the_client_loads_neither_mujoco_nor_cv2_nor_numpy_nor_zenoh()
     code = "import sys, simx_client; print([m for m in ('mujoco','cv2','numpy','zenoh') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.strip() == "[]"
-
-
-def _imports(path: Path) -> set[str]:
-    found: set[str] = set()
-    for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            found.add("." * node.level + (node.module or ""))
-    return found
-
-
-def test_dependence_runs_one_way_from_server_to_protocol():
-    for path in (ROOT / "simx_client").rglob("*.py"):
-        # The process that owns cv2's windows draws with cv2; the script's own process imports nothing of it.
-        forbidden = (
-            ("simx_server", "mujoco") if path.parent.name == "desk" else ("simx_server", "mujoco", "cv2")
-        )
-        for name in _imports(path):
-            assert name.partition(".")[0] not in forbidden, path
-    protocol = ROOT / "simx_client" / "protocol"
-    for path in protocol.rglob("*.py"):
-        above = "." * (2 + len(path.relative_to(protocol).parts) - 1)
-        for name in _imports(path):
-            top = name.partition(".")[0]
-            assert not name.startswith(above), path
-            is_within = f"{name}.".startswith("simx_client.protocol.")
-            allowed = {*sys.stdlib_module_names, "msgpack", "zenoh", ""}
-            # Who draws random values has NumPy; nothing else of the client imports that module.
-            allowed |= {"numpy"} if path.name == "random_values.py" else set()
-            assert is_within or top in allowed, path
-    page = ROOT / "simx_server" / "viewer" / "page"
-    nursery = ROOT / "simx_server" / "classroom" / "editor" / "nursery.py"
-    for path in (ROOT / "simx_server").rglob("*.py"):
-        if page in path.parents or path == nursery:
-            continue  # processes of their own, and clients as any other
-        for name in _imports(path):
-            if name.startswith("simx_client"):
-                # Only the ways within a process may know more of the client than the protocol: they implement its seam.
-                is_within = path.name == "embedding.py" or path.parent.name in ("loopback", "embedded")
-                assert name.startswith("simx_client.protocol") or is_within, path
-            assert "viewer.page" not in name, path
-            if path.parent == page.parent and path.name != "__main__.py":
-                assert not name.startswith(".page"), path
 
 
 def test_constants_agree_with_the_reference_beside_the_repository():

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from processes import ROOT
+from statements import parsed
 
 from simx_server.gateways.zmq.listing import namespace
 from simx_server.gateways.zmq.stubs import files
@@ -169,7 +170,7 @@ def test_the_mistakes_of_a_scenes_script_are_found(complaints: dict[str, set[int
 
 
 def classes(name: str) -> dict[str, ast.ClassDef]:
-    tree = ast.parse((files.FOLDER / files.PACKAGE / name).read_text(encoding="utf-8"))
+    tree = parsed(files.FOLDER / files.PACKAGE / name)
     return {each.name: each for each in tree.body if isinstance(each, ast.ClassDef)}
 
 
