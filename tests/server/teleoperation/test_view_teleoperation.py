@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.util import find_spec, module_from_spec, spec_from_file_location
-from pathlib import Path
-from types import ModuleType
 from typing import Any, cast
 
 import msgpack
 import numpy as np
 import pytest
-from processes import ROOT, read_line, server, wait_until
+from browsers import COARSE, FEW_FRAMES, pictures
+from processes import read_line, server, wait_until
 
 from simx_client import Client
 from simx_client.errors import SimxError
@@ -21,13 +19,6 @@ from simx_server.viewer.page.teleoperation.browser_input import MARKER, Input, m
 from simx_server.viewer.page.teleoperation.frames import axes_of_base, axes_of_view, twist
 
 SOON = 60.0
-FEW_FRAMES = """
-const frame = window.requestAnimationFrame.bind(window);
-window.requestAnimationFrame = draw => setTimeout(() => frame(draw), 120);
-window.cancelAnimationFrame = clearTimeout;
-"""
-"""Eight frames a second: the browser would draw as many as one core of the processor can."""
-
 PAD = "window.pad = null; navigator.getGamepads = () => [window.pad];"
 """In place of a gamepad; its axes and buttons are those of the browser's standard layout."""
 
@@ -76,40 +67,26 @@ def test_the_marker_tells_the_script_whether_keys_are_read() -> None:
     assert "data-on='1'" in marker(is_on=True)
 
 
-def load(name: str, path: Path) -> ModuleType:
-    spec = spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.fixture
-def pictures() -> Any:
+def view_pictures() -> Any:
     if missing() is not None:
         pytest.skip("needs the extra viewer")
-    if find_spec("playwright") is None:
-        pytest.skip("needs playwright, of the extra dev")
-    module = load("view_pictures", ROOT / "docs" / "view_pictures.py")
-    if module.find_chromium() is None:
-        pytest.skip("needs Chromium: apt-get install chromium")
-    return module
+    return pictures()
 
 
 @pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.gl
 def test_keys_and_a_gamepad_drive_the_arm_until_the_browser_is_gone_and_buttons_mark_an_episode(
-    pictures: Any,
+    view_pictures: Any,
 ) -> None:
     with (
         server("pick_place", "--teleop", "UR5", "--view", 0, ports=(0,)) as process,
         Client(f"127.0.0.1:{process.port}") as client,
-        pictures.chromium() as chromium,
+        view_pictures.chromium() as chromium,
     ):
         url = read_line(process.process, SOON).split()[1]
-        page = pictures.open_page(chromium, url, 900, 600, script=FEW_FRAMES + PAD)
+        page = view_pictures.open_page(chromium, f"{url}?{COARSE}", 900, 600, script=FEW_FRAMES + PAD)
 
         def arms() -> Arms:
             return cast(Arms, msgpack.unpackb(client.call("arms", ADD_ON, script_type=ADD_ON_TYPE).buffer))
@@ -131,7 +108,7 @@ def test_keys_and_a_gamepad_drive_the_arm_until_the_browser_is_gone_and_buttons_
         def mark() -> int | None:
             return client.signals.ints.get(MARK, None)
 
-        pictures.choose(page, "Drive")
+        view_pictures.choose(page, "Drive")
         page.get_by_text("UR5_tip").first.wait_for()
         page.get_by_role("button", name="Start", exact=True).last.click()
         assert until(lambda: client.simulation.state == "running" and mark() == STARTED)

@@ -9,13 +9,12 @@ import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 import cv2
 import pytest
+from browsers import COARSE, FEW_FRAMES, Watched, pictures
 from launching import environment
 from processes import ROOT, ServerProcess, read_line, running, server, wait_until
 from real_world import BLOCKING
@@ -27,18 +26,15 @@ from simx_server.viewer.launching import missing
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.gl]
 
+if missing() is not None:
+    pytest.skip("needs the extra viewer", allow_module_level=True)
+view_pictures = pictures()
+
 if TYPE_CHECKING:
-    from playwright.sync_api import Locator, Page
+    from playwright.sync_api import Locator
 
 WIDTH, HEIGHT = 900, 600
 """Software draws it."""
-
-FEW_FRAMES = """
-const frame = window.requestAnimationFrame.bind(window);
-window.requestAnimationFrame = draw => setTimeout(() => frame(draw), 120);
-window.cancelAnimationFrame = clearTimeout;
-"""
-"""Eight frames a second: the browser would draw as many as one core of the processor can."""
 
 SOON = 30.0
 ROOM = """
@@ -57,25 +53,7 @@ ROOM = """
 """
 
 
-def load(name: str, path: Path) -> ModuleType:
-    spec = spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-if missing() is not None:
-    pytest.skip("needs the extra viewer", allow_module_level=True)
-if find_spec("playwright") is None:
-    pytest.skip("needs playwright, of the extra dev", allow_module_level=True)
-pictures = load("view_pictures", ROOT / "docs" / "view_pictures.py")
-if pictures.find_chromium() is None:
-    pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
-
-
-class Place:
+class Place(Watched):
     """A server with its page in a browser, and a client."""
 
     def __init__(self, folder: Path, stack: ExitStack) -> None:
@@ -83,10 +61,9 @@ class Place:
         self._running = stack.enter_context(ExitStack())
         self.process = self._serve("room", 0, 0)
         self.url = read_line(self.process.process, 60).split()[1]
-        browser = stack.enter_context(pictures.chromium())
-        self.page: Page = pictures.open_page(browser, self.url, WIDTH, HEIGHT, script=FEW_FRAMES)
-        self.errors: list[str] = []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        browser = stack.enter_context(view_pictures.chromium())
+        page = view_pictures.open_page(browser, f"{self.url}?{COARSE}", WIDTH, HEIGHT, script=FEW_FRAMES)
+        super().__init__(page, SOON)
         self.client = self._connect()
 
     def _serve(self, name: str, port: int, view: int) -> ServerProcess:
@@ -107,7 +84,7 @@ class Place:
         self.client = self._connect()
 
     def tab(self, name: str) -> None:
-        pictures.choose(self.page, name)
+        view_pictures.choose(self.page, name)
 
     def button(self, name: str | re.Pattern[str]) -> Locator:
         return self.page.get_by_role("button", name=name, exact=True)
@@ -116,10 +93,6 @@ class Place:
     def sliders(self) -> Locator:
         """The time slider stands above the others; it is one once there is a past."""
         return self.page.locator("[role=slider]:visible")
-
-    def until(self, condition: Callable[[], bool]) -> bool:
-        """Whether that comes true; the browser goes on meanwhile."""
-        return wait_until(condition, SOON, lambda: self.page.wait_for_timeout(20))
 
     def is_lit(self, name: str) -> Callable[[], bool]:
         return lambda: self.button(name).evaluate(LIGHTNESS) < 200
@@ -151,7 +124,7 @@ def place(opened: Place) -> Iterator[Place]:
     """Stopped, and without errors in the browser."""
     yield opened
     opened.client.simulation.stop()
-    assert not opened.errors
+    assert not opened.faults
 
 
 def test_the_tree_shows_the_objects_and_a_click_selects(place: Place) -> None:
@@ -334,7 +307,7 @@ def test_ten_look_at_once_and_all_see_the_scene_move(place: Place) -> None:
 
 def test_an_image_of_the_page_can_be_taken(place: Place, tmp_path: Path) -> None:
     file = tmp_path / "page.png"
-    pictures.shoot(place.page, file)
+    view_pictures.shoot(place.page, file)
     picture = cv2.imread(str(file))
     assert picture is not None
     assert picture.shape == (HEIGHT, WIDTH, 3)
@@ -381,6 +354,6 @@ def test_a_screenshot_is_saved_a_plot_as_a_table_and_a_shipped_scene_opened(
 
 
 def test_images_of_the_documentation_are_small() -> None:
-    for name in pictures.PICTURES:
+    for name in view_pictures.PICTURES:
         file = ROOT / "docs" / "pictures" / f"{name}.png"
         assert file.stat().st_size <= 250_000

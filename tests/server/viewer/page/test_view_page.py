@@ -4,26 +4,32 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from browsers import COARSE, FEW_FRAMES, Watched, pictures
 from PIL import Image
-from processes import ServerProcess, read_line, server, wait_until
+from processes import ServerProcess, read_line, server
 from real_world import BLOCKING
-from test_view_browser import FEW_FRAMES, SOON, pictures
 
 import simx_client as v
 from simx_client import Client
+from simx_server.viewer.launching import missing
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.gl]
 
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+if missing() is not None:
+    pytest.skip("needs the extra viewer", allow_module_level=True)
+view_pictures = pictures()
 
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+SOON = 30.0
 VIEW = "at=0,-3,2.5&to=0,0,0.3"
 LIT = """
 <mujoco model="lit">
@@ -43,8 +49,8 @@ LIT = """
 """
 
 
-class Opened:
-    """A server, and browsers at its page, one after another."""
+class Opened(Watched):
+    """A server, and a browser with one page, which goes from address to address: a new one would cost as much again."""
 
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         scene = folder / "lit.xml"
@@ -52,40 +58,33 @@ class Opened:
         process: ServerProcess = stack.enter_context(server(scene, "--view", 0, ports=(0,)))
         self.url = read_line(process.process, 60).split()[1]
         self.client = stack.enter_context(Client(f"127.0.0.1:{process.port}"))
-        self.browser: Browser = stack.enter_context(pictures.chromium())
+        super().__init__(stack.enter_context(view_pictures.chromium()).new_page(), SOON)
+        self.page.add_init_script(FEW_FRAMES)
+        self._size = (0, 0)
 
-    def page(self, width: int, height: int, address: str = "") -> Page:
-        page: Page = pictures.open_page(
-            self.browser, f"{self.url}?{address}", width, height, script=FEW_FRAMES
-        )
-        page.get_by_text("lit —").wait_for()
-        return page
+    def show(self, width: int, height: int, address: str | None = None, *, is_sharp: bool = False) -> Page:
+        """Open an address in a window of that size; without one, only if the page has another size."""
+        if address is not None or self._size != (width, height):
+            self._size = (width, height)
+            self.page.set_viewport_size({"width": width, "height": height})
+            self.page.goto(f"{self.url}?{'' if is_sharp else COARSE}&{address or ''}")
+            self.page.get_by_text("lit —").wait_for()
+            self.page.locator("canvas").first.wait_for()
+        return self.page
 
 
 @pytest.fixture(scope="module")
-def opened(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
+def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
     with ExitStack() as stack:
         yield Opened(tmp_path_factory.mktemp("looks"), stack)
 
 
 @pytest.fixture
-def screen(opened: Opened) -> Iterator[Callable[..., Page]]:
-    """Open a page of a size at an address; it is closed after the test: software draws each."""
-    pages: list[Page] = []
-
-    def show(width: int, height: int, address: str = "") -> Page:
-        pages.append(opened.page(width, height, address))
-        return pages[-1]
-
-    yield show
-    for page in pages:
-        page.close()
-    opened.client.simulation.stop()
-    v.simxSetObjectSelection(opened.client.id, [], BLOCKING)
-
-
-def until(page: Page, condition: Callable[[], bool]) -> bool:
-    return wait_until(condition, SOON, lambda: page.wait_for_timeout(20))
+def opened(place: Opened) -> Iterator[Opened]:
+    """Stopped, with nothing selected."""
+    yield place
+    place.client.simulation.stop()
+    v.simxSetObjectSelection(place.client.id, [], BLOCKING)
 
 
 def pixels(page: Page) -> Any:
@@ -99,8 +98,8 @@ def canvas(page: Page) -> dict[str, float]:
     return {"width": box["width"], "height": box["height"]}
 
 
-def test_a_desktop_needs_no_scroll_bar_at_first(screen: Callable[..., Page]) -> None:
-    page = screen(1440, 900)
+def test_a_desktop_needs_no_scroll_bar_at_first(opened: Opened) -> None:
+    page = opened.show(1440, 900)
     page.get_by_role("button", name=re.compile(r"\bcan +· ")).wait_for()
     heights = page.evaluate(
         "[...document.querySelectorAll('.mantine-ScrollArea-viewport')].map(v => [v.scrollHeight, v.clientHeight])"
@@ -110,10 +109,10 @@ def test_a_desktop_needs_no_scroll_bar_at_first(screen: Callable[..., Page]) -> 
 
 @pytest.mark.parametrize(("width", "height"), [(820, 1180), (390, 844)])
 def test_on_upright_screens_the_view_is_above_and_as_wide_as_the_screen(
-    screen: Callable[..., Page], width: int, height: int
+    opened: Opened, width: int, height: int
 ) -> None:
-    page = screen(width, height)
-    assert until(page, lambda: canvas(page)["width"] == width)
+    page = opened.show(width, height)
+    assert opened.until(lambda: canvas(page)["width"] == width)
     assert 0.45 * height < canvas(page)["height"] < 0.6 * height
     start = page.get_by_role("button", name="Start", exact=True).bounding_box()
     assert start is not None
@@ -121,8 +120,8 @@ def test_on_upright_screens_the_view_is_above_and_as_wide_as_the_screen(
     assert page.evaluate("document.documentElement.scrollWidth") == width
 
 
-def test_buttons_of_a_phone_are_large_and_labels_can_be_read(screen: Callable[..., Page]) -> None:
-    page = screen(390, 844)
+def test_buttons_of_a_phone_are_large_and_labels_can_be_read(opened: Opened) -> None:
+    page = opened.show(390, 844)
     box = page.get_by_role("button", name="One step", exact=True).bounding_box()
     assert box is not None
     assert box["height"] >= 32
@@ -143,34 +142,30 @@ def contrast(color: list[float], opacity: float) -> float:
     return float(1.05 / (0.05 + linear @ [0.2126, 0.7152, 0.0722]))
 
 
-def test_a_link_opens_the_same_view_and_selects_the_object(
-    opened: Opened, screen: Callable[..., Page]
-) -> None:
-    page = screen(900, 600, f"{VIEW}&object=can")
+def test_a_link_opens_the_same_view_and_selects_the_object(opened: Opened) -> None:
+    page = opened.show(900, 600, f"{VIEW}&object=can")
     can = opened.client.object("can").handle
-    assert until(page, lambda: v.simxGetObjectSelection(opened.client.id, BLOCKING)[1] == [can])
-    assert until(page, lambda: page.url.endswith(f"/?{VIEW}&object=can")), page.url
+    assert opened.until(lambda: v.simxGetObjectSelection(opened.client.id, BLOCKING)[1] == [can])
+    assert opened.until(lambda: page.url.endswith(f"/?{VIEW}&object=can")), page.url
     page.get_by_role("tab", name="View", exact=True).click()
     page.get_by_role("button", name="top", exact=True).click()
-    assert until(page, lambda: "at=0" not in page.url and "to=" in page.url), "it follows the camera"
+    assert opened.until(lambda: "at=0" not in page.url and "to=" in page.url), "it follows the camera"
     assert page.url.endswith("&object=can")
 
 
-def test_a_link_opens_a_past_step(opened: Opened, screen: Callable[..., Page]) -> None:
-    page = screen(900, 600)
+def test_a_link_opens_a_past_step(opened: Opened) -> None:
     opened.client.simulation.start()
-    assert until(page, lambda: opened.client.simulation.time > 1.0)
+    assert opened.until(lambda: opened.client.simulation.time > 1.0)
     opened.client.simulation.pause()
-    page.close()
-    page = screen(900, 600, f"{VIEW}&step=5")
+    page = opened.show(900, 600, f"{VIEW}&step=5")
     page.get_by_text("The past: step 5, 0.25 s.").wait_for()
-    assert until(page, lambda: page.url.endswith("&step=5"))
+    assert opened.until(lambda: page.url.endswith("&step=5"))
     page.get_by_role("button", name="now", exact=True).click()
-    assert until(page, lambda: "step" not in page.url)
+    assert opened.until(lambda: "step" not in page.url)
 
 
-def test_keys_start_pause_and_step_and_one_lists_them(opened: Opened, screen: Callable[..., Page]) -> None:
-    page = screen(900, 600, VIEW)
+def test_keys_start_pause_and_step_and_one_lists_them(opened: Opened) -> None:
+    page = opened.show(900, 600, VIEW)
     run = opened.client.simulation
     page.mouse.click(60, 560)
     page.keyboard.press(".")
@@ -190,24 +185,20 @@ def test_keys_start_pause_and_step_and_one_lists_them(opened: Opened, screen: Ca
     page.get_by_role("button", name="Close", exact=True).click()
 
 
-def test_keys_look_at_the_whole_scene_and_at_the_selected_object(
-    opened: Opened, screen: Callable[..., Page]
-) -> None:
-    page = screen(900, 600, f"{VIEW}&object=plate")
-    assert until(page, lambda: page.url.endswith("&object=plate"))
+def test_keys_look_at_the_whole_scene_and_at_the_selected_object(opened: Opened) -> None:
+    page = opened.show(900, 600, f"{VIEW}&object=plate")
+    page.get_by_text("path: /plate").wait_for()  # it is selected
     page.mouse.click(20, 20)
     page.keyboard.press("c")
-    assert until(page, lambda: "to=-1,0,1&" in page.url)
+    assert opened.until(lambda: "to=-1,0,1&" in page.url)
     page.keyboard.press("0")
-    assert until(page, lambda: "to=-1,0,1&" not in page.url)
+    assert opened.until(lambda: "to=-1,0,1&" not in page.url)
     page.keyboard.press("5")
-    assert until(page, lambda: re.search(r"at=[^&]+,[^&]+,[3-9]", page.url) is not None)
+    assert opened.until(lambda: re.search(r"at=[^&]+,[^&]+,[3-9]", page.url) is not None)
 
 
-def test_a_lit_floor_has_its_colour_a_can_no_stripes_and_a_plate_a_shadow(
-    opened: Opened, screen: Callable[..., Page]
-) -> None:
-    page = screen(900, 600, VIEW)
+def test_a_lit_floor_has_its_colour_a_can_no_stripes_and_a_plate_a_shadow(opened: Opened) -> None:
+    page = opened.show(900, 600, VIEW, is_sharp=True)
     width = int(canvas(page)["width"])
     page.mouse.click(20, 20)
     page.keyboard.press("b")  # off at first, since software draws
@@ -215,7 +206,7 @@ def test_a_lit_floor_has_its_colour_a_can_no_stripes_and_a_plate_a_shadow(
     def floor() -> float:
         return float(pixels(page)[-40:-10, width // 4 : width // 2].mean())
 
-    assert until(page, lambda: abs(floor() - 0.6 * 255) < 14), "of the scene: 0.6"
+    assert opened.until(lambda: abs(floor() - 0.6 * 255) < 14), "of the scene: 0.6"
     with_shadow = pixels(page)[:, :width]
     reds = with_shadow[(with_shadow[:, :, 0] > with_shadow[:, :, 2] + 60)]
     assert len(reds) > 1000, "the can"
@@ -228,7 +219,7 @@ def test_a_lit_floor_has_its_colour_a_can_no_stripes_and_a_plate_a_shadow(
         shown = pixels(page)[:, :width]
         return int(np.count_nonzero(np.all(np.abs(shown - 110) < 25, axis=2)))
 
-    assert until(page, lambda: shadows() > 200), "the shadow of the plate on the floor"
+    assert opened.until(lambda: shadows() > 200), "the shadow of the plate on the floor"
     dark = shadows()
     page.keyboard.press("b")
-    assert until(page, lambda: shadows() < dark / 4)
+    assert opened.until(lambda: shadows() < dark / 4)

@@ -1,0 +1,54 @@
+"""Chromium for tests: what starts it, and pages that are drawn seldom, since software draws them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from processes import ROOT, wait_until
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+FEW_FRAMES = """
+const frame = window.requestAnimationFrame.bind(window);
+window.requestAnimationFrame = draw => setTimeout(() => frame(draw), 120);
+window.cancelAnimationFrame = clearTimeout;
+"""
+"""Eight frames a second: the browser would draw as many as one core of the processor can."""
+
+COARSE = "fixedDpr=0.25"
+"""Part of an address: viser draws the 3-D view with a sixteenth of its pixels."""
+
+
+def pictures() -> Any:
+    """Return docs/view_pictures.py, which starts Chromium; skip the test, or the module, where it cannot."""
+    if find_spec("playwright") is None:
+        pytest.skip("needs playwright, of the extra dev", allow_module_level=True)
+    sys.path.insert(0, str(ROOT / "docs"))
+    try:
+        found = import_module("view_pictures")
+    finally:
+        sys.path.pop(0)
+    if found.find_chromium() is None:
+        pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
+    return found
+
+
+class Watched:
+    """A page, and the errors of its scripts."""
+
+    def __init__(self, page: Page, seconds: float) -> None:
+        """Watch a page; calls of Playwright and `until` wait for `seconds`."""
+        self.page, self._seconds = page, seconds
+        page.set_default_timeout(1000 * seconds)
+        self.faults: list[str] = []
+        page.on("pageerror", lambda error: self.faults.append(str(error)))
+
+    def until(self, condition: Callable[[], object]) -> bool:
+        """Return whether that comes true; the browser goes on meanwhile."""
+        return wait_until(condition, self._seconds, lambda: self.page.wait_for_timeout(50))
