@@ -15,12 +15,13 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
-from simx_server.scene.editing.waiting.shapes import add_shape
+from simx_server.scene.editing.waiting.templates import Template, template_of
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.loader import prepare
 from simx_server.scene.formats.loose_meshes import settle
 
 from .grafting import Graft, graft
+from .late import may_wait
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
@@ -67,8 +68,7 @@ def add(
     build: Callable[[mujoco.MjSpec, str], None],
     notes: Mapping[str, Annotation] | None = None,
     hidden: Sequence[str] = (),
-    *,
-    may_wait: bool = False,
+    template: Callable[[mujoco.MjSpec, str], Template] | None = None,
 ) -> int:
     """Add the object that `build` makes in an empty spec under a given name; return its handle.
 
@@ -78,7 +78,7 @@ def add(
         build: makes the element in a spec, given its name.
         notes: annotations by kind.
         hidden: names of bodies without an object.
-        may_wait: it is one body and no more, which can wait for a compile of many (`scene/editing/waiting`).
+        template: returns the object that is made, given spec and name; by default the spec is compiled to find it.
 
     Raises CommandError.
     """
@@ -91,23 +91,16 @@ def add(
     build(spec, name)
     prepare(spec)
     own = {kind: dict(note) for kind, note in notes.items()} if notes else {}
-    if may_wait and (handle := _add_waiting(world, spec, name, own)) is not None:
-        return handle
-    annotations = {name: own} if own else {}
-    handles = graft(sim, Graft(spec, {(element, name): name}, annotations, hidden=hidden))
+    names, annotations = {(element, name): name}, {name: own} if own else {}
+
+    def found() -> Template | None:
+        return template(spec, name) if template else template_of(spec, names, annotations, hidden)
+
+    addition = Graft(spec, names, annotations, hidden=hidden, template=found)
+    handles = graft(sim, addition, late=may_wait(world, addition))
     world.object_settings.apply_masks()
     sim.changed()
     return handles[element, name]
-
-
-def _add_waiting(world: World, spec: mujoco.MjSpec, name: str, notes: dict[str, Annotation]) -> int | None:
-    """Add a shape that waits for the compile; return its handle, or None if it has to be compiled at once."""
-    sim, settings = world.simulation, world.object_settings
-    if sim.waiting is None:
-        if settings.masks_keep_bodies_apart:
-            return None
-        settings.apply_masks()
-    return add_shape(sim, spec, name, notes)
 
 
 def create_primitive(world: World, kind: str, sizes: Sequence[float], body: Body) -> int:
@@ -138,7 +131,13 @@ def create_primitive(world: World, kind: str, sizes: Sequence[float], body: Body
             case _:
                 _use_mesh(spec, geom, *_cone(x, y, z))
 
-    return _add_shape(world, kind.capitalize(), fill, body, may_wait=True)
+    is_form = kind != "cone" and all(map(math.isfinite, (x, y, z, body.mass)))
+    return _add_shape(world, kind.capitalize(), fill, body, template=_form if is_form else None)
+
+
+def _form(spec: mujoco.MjSpec, name: str) -> Template:
+    """Return a shape of a form that MuJoCo knows: its compile cannot fail."""
+    return Template.of_shape(name, is_free=bool(spec.body(name).joints))
 
 
 def create_mesh(world: World, points: np.ndarray, faces: np.ndarray, stem: str, body: Body) -> int:
@@ -201,8 +200,7 @@ def _add_shape(
     fill: Callable[[mujoco.MjSpec, Any], None],
     body: Body,
     place: Sequence[float] = (0.0, 0.0, 0.0),
-    *,
-    may_wait: bool = False,
+    template: Callable[[mujoco.MjSpec, str], Template] | None = None,
 ) -> int:
     def build(spec: mujoco.MjSpec, name: str) -> None:
         made = spec.worldbody.add_body(name=name, pos=list(place))
@@ -213,7 +211,10 @@ def _add_shape(
         fill(spec, geom)
 
     notes: dict[str, Annotation] = {"shape": dict.fromkeys(body.lacks, False)} if body.lacks else {}
-    return add(world, stem, "body", build, notes, may_wait=may_wait)
+    handle = add(world, stem, "body", build, notes, template=template)
+    if world.simulation.waiting is not None:
+        world.simulation.waiting.plain.add(handle)
+    return handle
 
 
 def _weigh_flat(geom: Any, sides: np.ndarray, mass: float) -> None:

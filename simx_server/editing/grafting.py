@@ -5,7 +5,7 @@ The elements get a unique prefix; their objects get V-REP's names, with copy num
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from itertools import takewhile
 from typing import TYPE_CHECKING
@@ -17,6 +17,8 @@ from simx_server.scene.editing.copies.joining import join, weight_of
 from simx_server.scene.editing.copies.straight import Straight
 from simx_server.scene.editing.recompile import edit
 from simx_server.scene.editing.transplant import strip
+from simx_server.scene.editing.waiting.adding import Late, add_objects, may_add
+from simx_server.scene.editing.waiting.templates import Template
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.naming.names import GRAFT_END, copy_names
 from simx_server.scene.poses.start import Start
@@ -55,12 +57,19 @@ class Graft:
     """Names of its bodies that belong to the scene's sets of this name."""
     start: Start = field(default_factory=Start)
     """Positions of its joints, where they are not those of its bodies."""
+    template: Callable[[], Template | None] = lambda: None
+    """Returns the objects as they are before the compile, so that it can wait; None: it cannot."""
 
 
-def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
+def graft(sim: Simulation, addition: Graft, *, late: bool = False) -> dict[Element, int]:
     """Add objects at the top of the tree, stopped or running; return the handle of each object by element.
 
     An object without its element (a tendon without its sites) is left out. Raises CommandError.
+
+    Args:
+        sim: the simulation.
+        addition: the objects.
+        late: they may wait for the compile (`scene/editing/waiting`).
     """
     scene = sim.scene
     first = scene.next_handle
@@ -78,29 +87,41 @@ def graft(sim: Simulation, addition: Graft) -> dict[Element, int]:
         else:
             join(part, spec, prefix)
 
-    edit(
-        sim,
-        surgery,
-        {(array, prefix + name) for array, name in addition.moved},
-        welded=scene.welded_bodies | {prefix + name for name in addition.welded},
-        weightless=scene.weightless_bodies | {prefix + name for name in addition.weightless},
-        added=Addition(
-            prefix=prefix,
-            names={(kind, prefix + name): names[old] for (kind, name), old in addition.names.items()},
-            annotations={names[old]: renamed(note, names) for old, note in addition.annotations.items()},
-            copies=addition.copies,
-            hidden=frozenset(prefix + name for name in addition.hidden),
-            registered={
-                kind: {names[name]: renamed_registered(note, names) for name, note in notes.items()}
-                for kind, notes in addition.registered.items()
-            },
-            start=addition.start.renamed(prefix),
-        ),
-        repeats=_weight(sim, addition),
+    added = Addition(
+        prefix=prefix,
+        names={(kind, prefix + name): names[old] for (kind, name), old in addition.names.items()},
+        annotations={names[old]: renamed(note, names) for old, note in addition.annotations.items()},
+        copies=addition.copies,
+        hidden=frozenset(prefix + name for name in addition.hidden),
+        registered={
+            kind: {names[name]: renamed_registered(note, names) for name, note in notes.items()}
+            for kind, notes in addition.registered.items()
+        },
+        start=addition.start.renamed(prefix),
     )
-    if addition.copies:
-        for (name, array), value in scene.withheld.items():
-            if mujoco.mj_name2id(sim.model, mujoco.mjtObj.mjOBJ_GEOM, prefix + name) >= 0:
+    moved = {(array, prefix + name) for array, name in addition.moved}
+    welded = {prefix + name for name in addition.welded}
+    weightless = {prefix + name for name in addition.weightless}
+    weight = _weight(sim, addition)
+    template = None
+    if late and weight is not None and may_add(sim, added):
+        template = addition.template()
+    if weight is not None and template is not None and template.fits(added, scene.annotations):
+        add_objects(sim, Late(template, surgery, weight, added, moved, welded, weightless))
+    else:
+        edit(
+            sim,
+            surgery,
+            moved,
+            welded=scene.welded_bodies | welded,
+            weightless=scene.weightless_bodies | weightless,
+            added=added,
+            repeats=weight,
+        )
+    if addition.copies and scene.withheld:
+        geoms = part.leaves["geom"] if isinstance(part, Straight) else {geom.name for geom in part.geoms}
+        for (name, array), value in list(scene.withheld.items()):
+            if name in geoms:
                 sim.scene.withheld[prefix + name, array] = value
     objects = sim.scene.objects
     new = takewhile(lambda handle: handle >= first, reversed(objects))

@@ -10,13 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simx_server.scene import properties
+from simx_server.scene.editing.waiting.waiting import when_compiled
 from simx_server.scene.formats.annotations import BROUGHT
 from simx_server.scene.formats.exporting.asset_files import give_full_paths
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
-from simx_server.scene.poses.first_turns import set_turns
+from simx_server.scene.poses.first_turns import has_turn, set_turns
 
 from .grafting import Graft, graft
+from .late import may_wait
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.model_files import Model
@@ -61,22 +63,21 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
         settle_loose_meshes(spec)
     give_full_paths(spec)
     elements = {(item.element, item.element_name): item.name for item in objects.values()}
-    handles = graft(
-        sim,
-        Graft(
-            part=spec,
-            names=elements,
-            annotations=notes,
-            welded=model.scene.welded_bodies,
-            weightless=model.scene.weightless_bodies,
-            start=model.scene.start,
-            registered={
-                kind: model.scene.annotations.registered[kind]
-                for kind in BROUGHT
-                if kind in model.scene.annotations.registered
-            },
-        ),
+    addition = Graft(
+        part=spec,
+        names=elements,
+        annotations=notes,
+        welded=model.scene.welded_bodies,
+        weightless=model.scene.weightless_bodies,
+        start=model.scene.start,
+        registered={
+            kind: model.scene.annotations.registered[kind]
+            for kind in BROUGHT
+            if kind in model.scene.annotations.registered
+        },
+        template=lambda: model.template,
     )
+    handles = graft(sim, addition, late=may_wait(world, addition))
     world.origins.add(
         model.scene,
         {elements[element]: handle for element, handle in handles.items() if element in elements},
@@ -88,7 +89,9 @@ def add_model(world: World, model: Model, folder: Path, *, is_of_client: bool) -
         added = handles.get((item.element, item.element_name))
         if added is not None and added != found:
             sim.scene.override_parent(added, found)
-    set_turns(sim.scene, sim.model, sim.data, set(handles.values()))
+    turned = [handle for handle in handles.values() if has_turn(sim.scene.objects[handle])]
+    if turned:
+        when_compiled(sim, lambda: set_turns(sim.scene, sim.model, sim.data, turned))
     properties.apply(sim)
     world.object_settings.apply_masks()
     sim.changed()

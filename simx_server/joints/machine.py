@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
+from simx_server.scene.editing.waiting.waiting import when_compiled
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.placing import carry_followers
 from simx_server.scene.poses.poses import Quaternion
@@ -275,11 +276,21 @@ class Machine:
         """Make copies of joints act as their originals do now.
 
         Args:
-            copies: maps the handle of the original to that of the copy.
+            copies: maps the handle of the original to that of the copy; the model may be compiled later.
         """
-        for original, copy in copies.items():
-            if original in self._states and copy in self._states:
-                state = self._states[copy] = copied(self._states[original])
+        states = {
+            copy: copied(self._states[original])
+            for original, copy in copies.items()
+            if original in self._states
+        }
+        if states:
+            when_compiled(self._sim, lambda: self._take(states, copies))
+
+    def _take(self, states: Mapping[int, JointState], copies: Mapping[int, int]) -> None:
+        """Give copies of joints these states. `copies`: original to copy."""
+        for copy, state in states.items():
+            if copy in self._states:
+                self._states[copy] = state
                 state.master = copies.get(state.master, state.master)
                 self._apply(copy)
         self.forget_places()
@@ -419,7 +430,8 @@ class Machine:
             return self._bindings[handle], self._states[handle]
         except KeyError:
             self._sim.scene.get_kind(handle, ObjectKind.JOINT)
-            raise
+            self._sim.compile_edits()  # a new joint
+            return self._bindings[handle], self._states[handle]
 
     def _single(self, handle: int) -> tuple[Binding, JointState]:
         pair = self._any(handle)

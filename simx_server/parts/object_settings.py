@@ -269,6 +269,9 @@ class ObjectSettings(Part):
 
         Call it as well after a shape has become static or dynamic, respondable or not.
         """
+        if self._sim.waiting is not None:
+            self._sim.waiting.afterwards[self.apply_masks] = None
+            return
         masks = self._masks()
         if masks or governed_shapes(self._sim):
             set_masks(self._sim, masks)
@@ -330,7 +333,7 @@ class ObjectSettings(Part):
         item = self._sim.scene.get(handle)
         if item.kind != ObjectKind.SHAPE:
             return True
-        if self._sim.waiting is not None and handle in self._sim.waiting.handles:
+        if self._sim.waiting is not None and handle in self._sim.waiting.plain:
             return True  # nothing has hidden a new shape yet
         model, scene = self._sim.model, self._sim.scene
         return any(

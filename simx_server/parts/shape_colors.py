@@ -176,7 +176,7 @@ class ShapeColors(Part):
             raise CommandError("a colour is {red, green, blue}, each 0 to 1")
         waiting = self._sim.waiting
         is_plain = component in (AMBIENT_DIFFUSE, TRANSPARENCY) and not name
-        if is_plain and waiting is not None and handle in waiting.handles:
+        if is_plain and waiting is not None and handle in waiting.plain:
             waiting.call(lambda: self.set(handle, component, values))
             return 1  # a new shape has one part
         if component in (SPECULAR, EMISSION):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
@@ -229,16 +229,17 @@ class Scene:
         self._by_element = None
         self._by_name = None
 
-    def append(self, item: SceneObject) -> None:
-        """Add an object with the next handle, at the top of the tree."""
-        self.objects[item.handle] = item
-        self.next_handle = item.handle + 1
+    def append(self, items: Iterable[SceneObject]) -> None:
+        """Add objects with the next handles."""
+        for item in items:
+            self.objects[item.handle] = item
+            self.next_handle = item.handle + 1
+            if self._by_element is not None:
+                self._by_element[item.element, item.id] = item.handle
+            if self._by_name is not None:
+                self._by_name[item.name] = item.handle
         self._of_kind.clear()
         self._forget_tree()
-        if self._by_element is not None:
-            self._by_element[item.element, item.id] = item.handle
-        if self._by_name is not None:
-            self._by_name[item.name] = item.handle
 
     def recall(
         self,

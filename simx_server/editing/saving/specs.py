@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 
-from simx_server.editing.copying import Pruned, Selection
+from simx_server.editing.pruning import Pruned
+from simx_server.editing.selecting import Selection
 from simx_server.scene.editing.copies.element_copies import Copier, agree
 from simx_server.scene.editing.model_state import option_values
 from simx_server.scene.editing.saving.settling import settle
 from simx_server.scene.editing.transplant import move_body
+from simx_server.scene.editing.waiting.waiting import Basis
 from simx_server.scene.formats.loader import compile_spec
 from simx_server.scene.geometry.highlights import SPECULAR
 from simx_server.scene.poses.placing import body_pose
@@ -47,14 +49,14 @@ def spec_of_scene(sim: Simulation) -> PreparedSpec:
     return PreparedSpec(sim.scene.spec.copy(), sim.scene.hidden_bodies)
 
 
-def spec_of_objects(sim: Simulation, handles: Iterable[int]) -> PreparedSpec:
+def spec_of_objects(sim: Simulation, handles: Collection[int]) -> PreparedSpec:
     """Return the part of the spec that has these objects, with the assets that they use.
 
     Raises:
         CommandError: the part has plugins.
     """
     whole = sim.scene.spec
-    pruned = Pruned(Selection(sim, set(handles)))
+    pruned = Pruned(Selection(sim, Basis.of(sim), handles))
     part = pruned.spec
     agree(part, whole)
     for name in _COMPILING:

@@ -112,8 +112,7 @@ def _remove_waiting(world: World, handle: int) -> bool:
         return False
     if not remove_shape(sim, handle):
         return False
-    if sim.waiting is not None:
-        sim.waiting.afterwards[settings.apply_masks] = None
+    settings.apply_masks()
     return True
 
 

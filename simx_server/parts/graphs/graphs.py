@@ -53,6 +53,9 @@ class Graphs(Part):
     def model_changed(self, twins: Twins | None) -> None:
         self._find()
 
+    def scene_edited(self) -> None:
+        self._find()
+
     def saving(self, saved: Saved) -> None:
         for handle in self.handles():
             if handle in saved.names:

@@ -61,7 +61,7 @@ def edit(
         sim.limits.check("objects", len(old.objects) + len(added.names), "remove some")
     slots = old.slots.renewed()
     weights = old.weightless_bodies if weightless is None else weightless
-    copies = added.prefix if added is not None and added.copies else None
+    copies = (added.prefix,) if added is not None and added.copies else ()
     # A body that only replaces a copy's missing link keeps its given weight.
     own_weight = {
         *reweighed,

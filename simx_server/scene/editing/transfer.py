@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from typing import Any
 
 import mujoco
@@ -63,14 +63,14 @@ def carry_over(
     twins: Twins,
     moved: Collection[tuple[str, str]] = (),
     reweighed: Collection[str] = (),
-    copies: str | None = None,
+    copies: Collection[str] = (),
 ) -> bool:
     """Give the new model the edited settings and the new data the state of the old ones.
 
     Args:
         moved: (array prefix, element name) of elements with a new place, which keep the new model's local pose.
         reweighed: names of bodies that keep the new model's inertia.
-        copies: prefix of new elements that start as copies of those with the same name without it.
+        copies: prefixes of new elements that start as copies of those with the same name without it.
 
     Returns:
         Whether any setting in the new model differs from the compiled one.
@@ -81,10 +81,9 @@ def carry_over(
         old, new = twins.pairs(prefix[:-1], copies)
         if not len(new):
             continue
-        names = twins.new.of(prefix[:-1])
         all_old, all_new = _span(old), _span(new)
-        own_place = _among(names, new, placed.get(prefix, ()))
-        own_weight = _among(names, new, reweighed) if prefix == "body_" else None
+        own_place = _among(twins, prefix[:-1], new, placed.get(prefix, ()))
+        own_weight = _among(twins, prefix[:-1], new, reweighed) if prefix == "body_" else None
         if prefix == "body_":  # bodies that an edit has left without any mass get some, to stay movable
             gained = (old_model.body_mass[old] == 0) & (new_model.body_mass[new] > 0)
             own_weight = gained if own_weight is None else own_weight | gained
@@ -116,13 +115,6 @@ def carry_over(
     return differs
 
 
-def carried_values(model: mujoco.MjModel) -> list[bytes]:
-    """Return the settings that `carry_over` carries, as far as they decide its result."""
-    values = [getattr(model, array).tobytes() for array in _ARRAYS]
-    options = [np.asarray(value).tobytes() for value in option_values(model.opt).values()]
-    return values + options
-
-
 def _carry_highlights(old_model: mujoco.MjModel, new_model: mujoco.MjModel) -> bool:
     """Give the new model the colours of highlights; return whether one differs from the compiled one."""
     differs, old = False, highlights_of(old_model)
@@ -144,11 +136,11 @@ def _unmark_simple(model: mujoco.MjModel) -> None:
     model.body_simple[is_fixed & is_apart] = 0
 
 
-def _among(names: Sequence[str], ids: np.ndarray, wanted: Collection[str]) -> np.ndarray | None:
-    """Return which of these ids have one of the names; None without names."""
+def _among(twins: Twins, kind: str, ids: np.ndarray, wanted: Collection[str]) -> np.ndarray | None:
+    """Return which of these ids of the new model have one of the names; None without names."""
     if not wanted:
         return None
-    return np.isin(ids, [index for index, name in enumerate(names) if name in wanted])
+    return np.isin(ids, [twins.new.find(kind, name) for name in wanted])
 
 
 def _span(ids: np.ndarray) -> Any:
@@ -188,13 +180,13 @@ def _carry_bodies(
     new_data: Any,
     twins: Twins,
     placed: Collection[str],
-    copies: str | None,
+    copies: Collection[str],
 ) -> None:
     old, new = twins.pairs("body", copies)
     new_data.xfrc_applied[new] = old_data.xfrc_applied[old]
     if not old_model.nmocap:
         return
-    own_place = _among(twins.new.of("body"), new, placed)
+    own_place = _among(twins, "body", new, placed)
     mocap, twin = old_model.body_mocapid[old], new_model.body_mocapid[new]
     carried = (mocap >= 0) & (twin >= 0)
     if own_place is not None:

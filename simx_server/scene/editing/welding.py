@@ -16,7 +16,7 @@ from .recompile import edit
 from .transplant import move_body
 
 if TYPE_CHECKING:
-    from simx_server.scene.live import LiveScene
+    from simx_server.scene.live import LiveScene, Posed
 
 
 def move_body_object(sim: LiveScene, item: SceneObject, parent: int) -> None:
@@ -119,7 +119,7 @@ def body_name(sim: LiveScene, body: int) -> str:
     return "world" if body == 0 else sim.model.body(body).name
 
 
-def is_link(sim: LiveScene, body: int) -> bool:
+def is_link(sim: Posed, body: int) -> bool:
     return bool(sim.model.body_jntnum[body]) and free_joint(sim.model, body) < 0
 
 
@@ -192,7 +192,7 @@ def rigid_bodies(sim: LiveScene, body: int) -> set[str]:
     return {model.body(i).name for i in fixed.tolist()}
 
 
-def start_pose(sim: LiveScene, body: int) -> Pose:
+def start_pose(sim: Posed, body: int) -> Pose:
     """Return the world pose of a body's frame before its hinges and slides moved it: the pose in the MJCF file."""
     if not is_link(sim, body):
         return body_pose(sim, body)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from simx_client.protocol.files import MESH_SUFFIXES
 from simx_server.scene.editing.transplant import gather_geoms, strip
+from simx_server.scene.editing.waiting.templates import Template
 from simx_server.scene.objects import Scene
 from simx_server.scene.spec_elements import bodies_of
 
@@ -36,6 +37,8 @@ class Model:
     base: int
     is_saved: bool = False
     """The server has saved the file."""
+    template: Template | None = None
+    """The objects; None if some are in the file's world itself."""
 
 
 def read_model(path: Path, name: str | None = None, sources: Sources | None = None) -> Model:
@@ -58,7 +61,7 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
         while stem in taken:
             stem += "_base"
         gather_geoms(spec, stem)
-    scene, _ = build(spec, path.with_name(name))
+    scene, compiled = build(spec, path.with_name(name))
     scene.import_report, scene.vrep_source = read.report, read.source
     strip(scene.spec)
     top = scene.children(-1)
@@ -66,7 +69,8 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
         raise SceneError(f"'{name}' has no objects, so it is no model")
     marked = [h for h in top if scene.objects[h].annotations.get("model", {}).get("base")]
     bodies = [h for h in top if scene.objects[h].element in ("body", "joint")]
-    return Model(scene, (marked or bodies or top)[0], read.is_saved)
+    template = Template.of_part(scene, compiled, [sensor.name for sensor in scene.spec.sensors])
+    return Model(scene, (marked or bodies or top)[0], read.is_saved, template)
 
 
 @dataclass(frozen=True)

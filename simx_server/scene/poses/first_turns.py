@@ -7,9 +7,14 @@ from collections.abc import Collection
 import mujoco
 
 from simx_server.scene.formats.annotations import numbers_of
-from simx_server.scene.objects import Scene
+from simx_server.scene.objects import Scene, SceneObject
 
 from .poses import normalised
+
+
+def has_turn(item: SceneObject) -> bool:
+    """Return whether an object's annotation has a turn."""
+    return "turn" in item.annotations.get("joint", {})
 
 
 def set_turns(

@@ -181,7 +181,7 @@ def _reference(sim: LiveScene, item: SceneObject, relative_to: int, base: bool) 
 def _change(sim: LiveScene, handle: int, relative_to: int, changed: Callable[[Pose], Pose]) -> None:
     """Place an object; `changed` maps its pose in the frame of the reference to the new one."""
     item, base = _split(sim, handle)
-    if sim.waiting is not None and item.handle in sim.waiting.handles:
+    if sim.waiting is not None and item.handle in sim.waiting.loose:
         if relative_to not in (WORLD, PARENT):
             sim.scene.get(relative_to)
         sim.waiting.call(lambda: _change(sim, handle, relative_to, changed))

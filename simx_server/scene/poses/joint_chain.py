@@ -33,10 +33,10 @@ from .poses import (
 )
 
 if TYPE_CHECKING:
-    from simx_server.scene.live import LiveScene
+    from simx_server.scene.live import LiveScene, Posed
 
 
-def body_pose(sim: LiveScene, body: int) -> Pose:
+def body_pose(sim: Posed, body: int) -> Pose:
     """Return the world pose of a body (0: the world)."""
     if body == 0:
         return IDENTITY

@@ -76,9 +76,19 @@ class Straight:
         return [element.name for kind, element in self._acting if kind == "sensor"]
 
     @property
-    def acts_on_tendons(self) -> bool:
-        """Return whether tendons are among them."""
-        return any(kind == "tendon" for kind, _ in self._acting)
+    def tendons(self) -> int:
+        """Return the number of tendons among what is added."""
+        return sum(kind == "tendon" for kind, _ in self._acting)
+
+    @property
+    def refers_outside(self) -> bool:
+        """Return whether a camera or a light points at a body that is not among these."""
+        aims = (
+            leaf.targetbody
+            for body in map(self._source.body, self._bodies)
+            for leaf in (*body.cameras, *body.lights)
+        )
+        return any(aim and aim != _WORLD and aim not in self._bodies for aim in aims)
 
     @property
     def weight(self) -> float:

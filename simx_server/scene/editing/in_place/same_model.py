@@ -36,7 +36,7 @@ class SameModel(Twins):
 
     def before(self, kind: str) -> np.ndarray:
         if kind not in self._before:
-            found = np.arange(len(self.new.of(kind)))
+            found = np.arange(self.new.count(kind))
             found[list(self._others.get(kind, ()))] = -1
             self._before[kind] = found
         return self._before[kind]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -9,12 +10,15 @@ import numpy as np
 
 from simx_server.scene.editing.in_place.same_model import SameModel
 from simx_server.scene.editing.recompile import compile_edited, refusal, set_constants
-from simx_server.scene.editing.transfer import carried_values, carry_over
+from simx_server.scene.editing.transfer import carry_over
 from simx_server.scene.editing.twins import Names, Twins
 from simx_server.scene.formats.loader import SceneError, take_weight
 
+from .templates import PREFIXES
+
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene
+    from simx_server.scene.objects import Scene
 
     from .waiting import Waiting
 
@@ -31,38 +35,54 @@ def compile_waiting(sim: LiveScene, waiting: Waiting) -> None:
     except (ValueError, mujoco.FatalError, SceneError) as error:
         waiting.before.next_handle = scene.next_handle  # programs know the handles
         raise refusal(error) from error
-    data = mujoco.MjData(model)
     twins = Twins(waiting.before.names or Names(waiting.model), model)
-    _check_ids(twins)
-    differs = carry_over(waiting.model, waiting.data, model, data, twins)
+    _check_ids(twins, waiting)
+    early = [call for number, call in waiting.calls if number < waiting.edits]
+    first = copy.copy(model) if early else model
+    data = mujoco.MjData(first)
+    differs = carry_over(
+        waiting.model, waiting.data, first, data, twins, waiting.moved, waiting.weighed, waiting.copies
+    )
+    for start in waiting.starts:
+        start.put_into(first, data)
+    _settle(first, scene, differs=differs)
+    scene.names = twins.new
+    sim.replace_model(scene, first, data, twins)
+    if early:
+        for call in early:
+            call()
+        _compile_last(sim, model)
+    for call in (*(call for _, call in waiting.calls[len(early) :]), *waiting.afterwards):
+        call()
+
+
+def _compile_last(sim: LiveScene, model: mujoco.MjModel) -> None:
+    """Do after the calls that precede the last edit what its own compile would do. `model`: as it was compiled."""
+    data, same = mujoco.MjData(model), SameModel(sim.scene, model)
+    differs = carry_over(sim.model, sim.data, model, data, same)
+    _settle(model, sim.scene, differs=differs)
+    sim.replace_model(sim.scene, model, data, same)
+
+
+def _settle(model: mujoco.MjModel, scene: Scene, *, differs: bool) -> None:
+    """Complete a model that has got the settings of the one before. `differs`: they are not the compiled ones."""
     differs |= take_weight(model, scene.weightless_bodies)
     if differs:
         set_constants(model)
-    scene.names = twins.new
-    sim.replace_model(scene, model, data, twins)
-    _make_calls(sim, waiting, differs)
-
-
-def _make_calls(sim: LiveScene, waiting: Waiting, differs: bool) -> None:
-    """Make the calls. Those before the last edit precede what its own compile would have done."""
-    early = [call for number, call in waiting.calls if number < waiting.edits]
-    values = carried_values(sim.model) if early else []
-    for call in early:
-        call()
-    if early:
-        if differs or carried_values(sim.model) != values:
-            set_constants(sim.model)
-        sim.replace_model(sim.scene, sim.model, sim.data, SameModel(sim.scene, sim.model))
-    for call in (*(call for _, call in waiting.calls[len(early) :]), *waiting.afterwards):
-        call()
 
 
 _NUMBERED = ("body", "geom", "jnt", "site", "cam", "light", "tendon", "sensor")
 
 
-def _check_ids(twins: Twins) -> None:
-    """Raise RuntimeError where elements that stay have another order than before."""
+def _check_ids(twins: Twins, waiting: Waiting) -> None:
+    """Raise RuntimeError where elements have other numbers than the scene says."""
     for kind in _NUMBERED:
         after = twins.after(kind)
         if not np.array_equal(after[after >= 0], np.arange(np.count_nonzero(after >= 0))):
             raise RuntimeError(f"elements of the kind {kind} have got another order by an edit that waited")
+    for handle in waiting.handles:
+        item = waiting.scene.objects.get(handle)
+        if item is not None and twins.new.name(PREFIXES[item.element], item.id) != item.element_name:
+            raise RuntimeError(
+                f"the {item.element} '{item.name}' has got another number by an edit that waited"
+            )

@@ -92,5 +92,7 @@ def _take_out(waiting: Waiting, removed: SceneObject) -> None:
             less = {"body": 1, "joint": joints}.get(item.element, 0)
             scene.objects[handle] = item.renumbered(item.id - less, item.body - 1)
     scene.owners = np.delete(scene.owners, removed.body)
+    waiting.sizes["body"] -= 1
+    waiting.sizes["joint"] -= joints
     scene.withheld = {key: value for key, value in scene.withheld.items() if key[0] not in names}
     drop(scene, [removed.handle], {})

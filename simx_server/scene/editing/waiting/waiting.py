@@ -9,19 +9,51 @@ behind it move up. The results are those of one compile for each shape, bit for 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from simx_server.scene.editing.transplant import delete_all
 from simx_server.scene.poses.start import Start
 
+from .templates import sizes_of
+
 if TYPE_CHECKING:
     import mujoco
 
-    from simx_server.scene.objects import Scene
+    from simx_server.scene.live import LiveScene
+    from simx_server.scene.objects import Scene, SceneObject
 
     from .blueprint import Blueprint, Change
+
+
+@dataclass(frozen=True)
+class Basis:
+    """A scene, its model and its state, with fresh kinematics."""
+
+    scene: Scene
+    model: mujoco.MjModel
+    data: mujoco.MjData
+
+    @classmethod
+    def of(cls, sim: LiveScene) -> Basis:
+        """Return the present ones; edits that wait are compiled."""
+        sim.refresh()
+        model = sim.model
+        return cls(sim.scene, model, sim.data)
+
+    @classmethod
+    def for_copies(cls, sim: LiveScene, handles: Collection[int]) -> Basis:
+        """Return the scene before the edits that wait, if it has all of these objects; else the present one."""
+        waiting = sim.waiting
+        if waiting is None or not waiting.handles.isdisjoint(handles):
+            return cls.of(sim)
+        return cls(waiting.before, waiting.model, waiting.data)
+
+    def item(self, item: SceneObject) -> SceneObject:
+        """Return an object as the model has it."""
+        known = self.scene.objects[item.handle]
+        return replace(item, id=known.id, body=known.body, sensors=known.sensors)
 
 
 @dataclass
@@ -33,8 +65,22 @@ class Waiting:
     model: mujoco.MjModel
     data: mujoco.MjData
     scene: Scene
+    sizes: dict[str, int]
+    """How many elements the compiled model is going to have, by kind."""
     handles: set[int] = field(default_factory=set[int])
-    """The new shapes that wait."""
+    """The new objects."""
+    loose: set[int] = field(default_factory=set[int])
+    """Those of them that stand or lie for themselves: a call can place each of them, with all below it."""
+    plain: set[int] = field(default_factory=set[int])
+    """Those that are one body with one geom."""
+    moved: set[tuple[str, str]] = field(default_factory=set[tuple[str, str]])
+    """(array prefix, element name) of copies with a place of their own."""
+    weighed: set[str] = field(default_factory=set[str])
+    """Names of new bodies that have the mass and inertia of the spec."""
+    copies: set[str] = field(default_factory=set[str])
+    """Prefixes of elements that start as copies of those with the rest of the name."""
+    starts: list[Start] = field(default_factory=list[Start])
+    """Positions of new elements, where they are not those of their bodies in the spec."""
     _removed: tuple[str, ...] = ()
     """Names of the bodies that the last change of the spec deletes."""
     _before_removals: Blueprint | None = None
@@ -54,14 +100,22 @@ class Waiting:
         scene = before.twin()
         # The scene of an edit has no file.
         scene.start, scene.import_report, scene.vrep_source = Start(), None, None
-        return cls(before, model, data, scene)
+        return cls(before, model, data, scene, sizes_of(model))
 
-    def added(self, handle: int, change: Change) -> None:
-        """Note a new shape; `change` adds it to the spec."""
+    def added(self, handles: Iterable[int], loose: Iterable[int], change: Change, weight: float) -> None:
+        """Note new objects.
+
+        Args:
+            handles: their handles.
+            loose: those that stand or lie for themselves.
+            change: adds them to the spec.
+            weight: how much that is, as a number of bodies.
+        """
         # What is removed from now on is deleted after the shape is there.
         self._removed, self._before_removals = (), None
-        self.scene.blueprint = self.scene.blueprint.then(change, 1)
-        self.handles.add(handle)
+        self.scene.blueprint = self.scene.blueprint.then(change, weight)
+        self.handles.update(handles)
+        self.loose.update(loose)
         self.edits += 1
 
     def delete(self, name: str) -> None:
@@ -75,5 +129,13 @@ class Waiting:
         self.edits += 1
 
     def call(self, action: Callable[[], object]) -> None:
-        """Act after the compile. The action changes such shapes alone, makes no edit, and cannot fail."""
+        """Act after the compile. The action changes new objects alone, makes no edit, and cannot fail."""
         self.calls.append((self.edits, action))
+
+
+def when_compiled(sim: LiveScene, action: Callable[[], object]) -> None:
+    """Act now, or after the compile if edits wait; see `Waiting.call`."""
+    if sim.waiting is None:
+        action()
+    else:
+        sim.waiting.call(action)

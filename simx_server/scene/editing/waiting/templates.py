@@ -1,0 +1,240 @@
+"""Objects that an edit adds, as they are known before the model is compiled."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+
+from simx_server.scene.editing.copies.straight import Straight
+from simx_server.scene.formats.annotations import Annotation, Annotations
+from simx_server.scene.formats.loader import SceneError, compile_spec
+from simx_server.scene.objects import ObjectKind, Scene, SceneObject
+from simx_server.scene.poses.placing import free_joint
+from simx_server.scene.tree import Addition, Builder
+
+Element = tuple[str, str]
+"""Kind and name of an element."""
+
+_IN_BODIES = {"joint": "jnt", "site": "site", "camera": "cam", "light": "light"}
+"""Kinds of elements that MuJoCo numbers by their bodies, and the prefix of the model's arrays."""
+
+PREFIXES = _IN_BODIES | {"body": "body", "tendon": "tendon", "sensor": "sensor"}
+"""Kinds of elements that the scene numbers, and the prefix of the model's arrays."""
+
+
+def sizes_of(model: mujoco.MjModel) -> dict[str, int]:
+    """Return the number of elements of a model, by kind."""
+    return {kind: int(getattr(model, f"n{prefix}")) for kind, prefix in PREFIXES.items()}
+
+
+@dataclass(frozen=True)
+class Template:
+    """Objects in the order of their handles.
+
+    Their handles and names are not those that they get. Elements, sensors too, are counted from the first one that is
+    added of their kind; so are bodies.
+    """
+
+    objects: Sequence[SceneObject]
+    owners: Sequence[int]
+    """For each body the parent's handle for elements of it; -1: none."""
+    sizes: Mapping[str, int]
+    """How many elements are added, by kind."""
+    parents: Mapping[int, int]
+    """Handle to parent, where the tree differs from the bodies."""
+    loose: frozenset[int]
+    """Bodies at the top that stand or lie for themselves."""
+
+    @classmethod
+    def of_part(cls, scene: Scene, model: mujoco.MjModel, sensors: Sequence[str]) -> Template | None:
+        """Return all objects of a scene that is added to another one; None if some are in its world itself.
+
+        Args:
+            scene: the scene.
+            model: its model.
+            sensors: names of the model's sensors that are added, in their order.
+        """
+        objects = [scene.objects[handle] for handle in sorted(scene.objects)]
+        return cls._of_model(model, objects, scene.owners.tolist(), scene.parent_overrides, sensors)
+
+    @classmethod
+    def of_shape(cls, name: str, *, is_free: bool) -> Template:
+        """Return a shape: a body with this name, which is the object's too. `is_free`: it has a joint."""
+        item = SceneObject(1, name, ObjectKind.SHAPE, -1, "body", name, 0, 0)
+        return cls([item], [1], {"body": 1, "joint": int(is_free)}, {}, frozenset({0}))
+
+    @classmethod
+    def of_spec(
+        cls,
+        model: mujoco.MjModel,
+        names: Mapping[Element, str],
+        annotations: Mapping[str, dict[str, Annotation]],
+        hidden: Collection[str],
+    ) -> Template | None:
+        """Return the objects of a model that is added to a scene; None if some are in its world itself.
+
+        Args:
+            model: the model.
+            names: names of the objects.
+            annotations: annotations by these names.
+            hidden: names of bodies that are no objects.
+        """
+        builder = Builder(model, replace(Annotations(), objects=annotations), hidden, names)
+        builder.build()
+        owners = [builder.owner[body] for body in range(model.nbody)]
+        sensors = [model.sensor(sensor).name for sensor in range(model.nsensor)]
+        return cls._of_model(
+            model, list(builder.objects.values()), owners, builder.annotated_parents(), sensors
+        )
+
+    @classmethod
+    def _of_model(
+        cls,
+        model: mujoco.MjModel,
+        objects: Sequence[SceneObject],
+        owners: Sequence[int],
+        parents: Mapping[int, int],
+        sensors: Sequence[str],
+    ) -> Template | None:
+        if any((getattr(model, f"{prefix}_bodyid") == 0).any() for prefix in (*_IN_BODIES.values(), "geom")):
+            return None
+        places = {model.sensor(name).id: place for place, name in enumerate(sensors)}
+        return cls(
+            [
+                replace(
+                    item,
+                    id=item.id - (item.element == "body"),
+                    body=item.body - 1,
+                    sensors=tuple(places[sensor] for sensor in item.sensors),
+                )
+                for item in objects
+            ],
+            owners[1:],
+            sizes_of(model) | {"body": model.nbody - 1, "sensor": len(sensors)},
+            parents,
+            frozenset(
+                body - 1
+                for body in np.flatnonzero(model.body_parentid == 0).tolist()
+                if _is_loose(model, body)
+            ),
+        )
+
+    @classmethod
+    def of_copies(
+        cls,
+        model: mujoco.MjModel,
+        straight: Straight,
+        names: Mapping[Element, str],
+        annotations: Mapping[str, dict[str, Annotation]],
+        hidden: Collection[str],
+    ) -> Template:
+        """Return copies of objects of a model.
+
+        Args:
+            model: the model of the originals.
+            straight: their bodies.
+            names: names of the originals.
+            annotations: annotations by these names.
+            hidden: names of bodies that are no objects.
+        """
+        bodies = [model.body(name).id for name in straight.names]
+        builder = _OfCopies(model, straight, names, annotations, hidden)
+        for body in bodies:
+            builder.owner.setdefault(int(model.body_parentid[body]), -1)
+            builder.add_body(body)
+        builder.arrange()
+        places = {"body": dict(zip(bodies, range(len(bodies)), strict=True))}
+        for element in _IN_BODIES:
+            elements = (each for body in bodies for each in builder.elements_of(element, body))
+            places[element] = {each: place for place, each in enumerate(elements)}
+        sensors = [model.sensor(name).id for name in straight.sensors]
+        places["sensor"] = {each: place for place, each in enumerate(sensors)}
+        return cls(
+            [
+                replace(
+                    item,
+                    id=places[item.element][item.id],
+                    body=places["body"][item.body],
+                    sensors=tuple(places["sensor"][sensor] for sensor in item.sensors),
+                )
+                for item in builder.objects.values()
+            ],
+            [builder.owner[body] for body in bodies],
+            {kind: len(many) for kind, many in places.items()} | {"tendon": straight.tendons},
+            builder.annotated_parents(),
+            frozenset(
+                place
+                for body, place in places["body"].items()
+                if model.body_parentid[body] not in places["body"] and _is_loose(model, body)
+            ),
+        )
+
+    def fits(self, added: Addition, known: Annotations) -> bool:
+        """Return whether each object gets a name, and is what the template says by that name's annotations.
+
+        An object without annotations gets those that are left of a removed one of its name.
+        """
+        names = [
+            added.names.get((item.element, added.prefix + item.element_name), "") for item in self.objects
+        ]
+        left = (
+            known.objects[name] for name in names if name not in added.annotations and name in known.objects
+        )
+        return all(names) and all(notes.keys() <= {"shape"} for notes in left)
+
+
+def template_of(
+    spec: mujoco.MjSpec,
+    names: Mapping[Element, str],
+    annotations: Mapping[str, dict[str, Annotation]],
+    hidden: Collection[str] = (),
+) -> Template | None:
+    """Return the objects of a spec that is added to a scene; None if it is no scene alone, or has some in its world.
+
+    Args:
+        spec: the spec.
+        names: names of the objects.
+        annotations: annotations by these names.
+        hidden: names of bodies that are no objects.
+    """
+    try:
+        model = compile_spec(spec, logging.DEBUG)
+    except (ValueError, mujoco.FatalError, SceneError):
+        return None  # the compile of the scene has the error's text
+    return Template.of_spec(model, names, annotations, hidden)
+
+
+class _OfCopies(Builder):
+    """Make the objects of some bodies of a model."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        straight: Straight,
+        names: Mapping[Element, str],
+        annotations: Mapping[str, dict[str, Annotation]],
+        hidden: Collection[str],
+    ) -> None:
+        super().__init__(model, replace(Annotations(), objects=annotations), hidden, names)
+        self._straight = straight
+
+    def leaves_of(self, element: str, body: int) -> Sequence[int]:
+        return self.elements_of(element, body)
+
+    def elements_of(self, element: str, body: int) -> Sequence[int]:
+        """Return the ids of the joints, sites, cameras or lights of a body that are copied."""
+        bodies = getattr(self.model, f"{_IN_BODIES[element]}_bodyid")
+        if not len(bodies):
+            return ()
+        found: list[int] = np.flatnonzero(bodies == body).tolist()
+        wanted = self._straight.leaves[element]
+        return [each for each in found if getattr(self.model, element)(each).name in wanted]
+
+
+def _is_loose(model: mujoco.MjModel, body: int) -> bool:
+    """Return whether no joint holds a body at the top."""
+    return not model.body_jntnum[body] or free_joint(model, body) >= 0
