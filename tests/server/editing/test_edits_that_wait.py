@@ -1,10 +1,11 @@
-"""New shapes wait for the compile until something reads the model: a burst costs one, with the same results."""
+"""Edits wait for the compile until something reads the model: a burst costs one, with the same results."""
 
 from __future__ import annotations
 
 import random
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 from handler_calls import World
 from seeds import seeds
 
-from simx_server.editing import creating
+from simx_server.editing import copying, creating, creating_parts, models
 from simx_server.errors import CommandError
 from simx_server.handlers.objects import object_flags, objects, poses
 from simx_server.scene.editing import recompile
@@ -166,6 +167,143 @@ def test_created_and_removed_shapes_wait_together(compiles: list[int]) -> None:
     assert world.handle("block7")
 
 
+LAMP = """
+<mujoco>
+  <worldbody>
+    <body name="lamp"><geom size="0.1"/>
+      <body name="head" pos="0 0 1"><joint name="neck" range="-1 1"/><geom size="0.1"/><site name="bulb"/></body>
+    </body>
+  </worldbody>
+  <sensor><force site="bulb"/><torque site="bulb"/></sensor>
+</mujoco>
+"""
+
+
+def tetrahedron(size: float = 0.1) -> tuple[np.ndarray, np.ndarray]:
+    points = np.array([[0, 0, 0], [size, 0, 0], [0, size, 0], [0, 0, size]])
+    return points, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+
+
+ADDITIONS: dict[str, tuple[Callable[[World], object], int]] = {
+    "copies of a static shape": (
+        lambda world: world.call("simxCopyPasteObjects", [world.handle("block0")]),
+        1,
+    ),
+    "copies of a free shape": (lambda world: world.call("simxCopyPasteObjects", [world.handle("ball")]), 1),
+    "copies of a tree": (
+        lambda world: world.call(
+            "simxCopyPasteObjects", [world.handle(name) for name in ("arm", "link", "hinge")]
+        ),
+        3,
+    ),
+    "copies of a part": (
+        lambda world: world.call("simxCopyPasteObjects", [world.handle("hinge"), world.handle("link")]),
+        2,
+    ),
+    "models": (lambda world: world.call("simxLoadModel", "lamp.xml", 0), 4),
+    "joints": (lambda world: creating_parts.create_joint(world.parts, 10, 5, hybrid=False), 1),
+    "force sensors": (
+        lambda world: creating_parts.create_force_sensor(world.parts, 0, [0, 1, 1], [0.01, 0, 0]),
+        1,
+    ),
+    "meshes": (lambda world: creating.create_mesh(world.parts, *tetrahedron(), "Mesh", creating.Body()), 1),
+    "cones": (lambda world: create(world, "cone"), 1),
+}
+"""What adds objects, and how many."""
+
+
+@pytest.mark.parametrize(("add", "count"), ADDITIONS.values(), ids=ADDITIONS)
+def test_fifty_additions_are_one_compile(
+    add: Callable[[World], object], count: int, compiles: list[int], tmp_path: Path
+) -> None:
+    (tmp_path / "lamp.xml").write_text(LAMP, encoding="utf-8")
+    world = World(SCENE, workspace=tmp_path)
+    before, first = len(world.sim.scene.objects), world.sim.scene.next_handle
+    for _ in range(50):
+        add(world)
+    assert not compiles
+    objects = world.sim.scene.objects
+    assert len(objects) == before + 50 * count
+    assert list(objects)[before:] == list(range(first, first + 50 * count))
+    assert len({item.name for item in objects.values()}) == len(objects)
+    assert world.sim.model.nbody > 14 + 49
+    assert len(compiles) == 1
+    check_numbers(world)
+
+
+def test_copies_have_the_state_that_their_originals_had(compiles: list[int]) -> None:
+    world = World(SCENE)
+    link, hinge, ball = (world.handle(name) for name in ("link", "hinge", "ball"))
+    world.run()
+    world.call("simxSetJointPosition", hinge, 0.3)
+    world.call("simxSetJointTargetVelocity", hinge, 0.5)
+    del compiles[:]
+    copy, _, _ = world.call("simxCopyPasteObjects", [hinge, link, ball])
+    other = world.call("simxCopyPasteObjects", [hinge, link])[0]
+    assert not compiles
+    world.call("simxSetJointPosition", hinge, -0.2)
+    assert [world.call("simxGetJointPosition", each) for each in (copy, other, hinge)] == [0.3, 0.3, -0.2]
+    assert world.sim.joints.target_velocity(copy) == 0.5
+    assert len(compiles) == 1
+
+
+def test_a_joint_that_waits_is_compiled_when_it_is_used(compiles: list[int]) -> None:
+    world = World(SCENE)
+    joint = creating_parts.create_joint(world.parts, 11, 0, hybrid=False)
+    assert not compiles
+    world.call("simxSetJointPosition", joint, 0.1)
+    assert len(compiles) == 1
+    assert world.call("simxGetJointPosition", joint) == 0.1
+
+
+def test_models_are_placed_before_the_compile(compiles: list[int], tmp_path: Path) -> None:
+    (tmp_path / "lamp.xml").write_text(LAMP, encoding="utf-8")
+    world = World(SCENE, workspace=tmp_path)
+    lamps = [world.call("simxLoadModel", "lamp.xml", 0) for _ in range(3)]
+    copies = world.call("simxCopyPasteObjects", [world.handle("table"), world.handle("ball")])
+    for number, handle in enumerate((*lamps, *copies)):
+        world.call("simxSetObjectPosition", handle, -1, [number, 1, 2])
+    assert not compiles
+    for number, handle in enumerate((*lamps, *copies)):
+        assert frames.get_position(world.sim, handle) == pytest.approx([number, 1, 2])
+    head = world.handle("head#1")
+    assert frames.get_position(world.sim, head) == pytest.approx([2, 1, 3])
+    assert len(compiles) == 1
+
+
+NOT_LATE: dict[str, Callable[[World], object]] = {
+    "a link without its joint": lambda world: world.call("simxCopyPasteObjects", [world.handle("link")]),
+    "a joint without its link": lambda world: world.call("simxCopyPasteObjects", [world.handle("hinge")]),
+    "a camera of the world": lambda world: world.call("simxCopyPasteObjects", [world.handle("eye")]),
+    "a part of the world": lambda world: world.call("simxCopyPasteObjects", [world.handle("floor")]),
+    "a copy that waits": lambda world: world.call(
+        "simxCopyPasteObjects",
+        world.call("simxCopyPasteObjects", [world.handle("link"), world.handle("hinge")])[:1],
+    ),
+}
+
+
+@pytest.mark.parametrize("copy", NOT_LATE.values(), ids=NOT_LATE)
+def test_other_copies_are_compiled_at_once(copy: Callable[[World], object], compiles: list[int]) -> None:
+    world = World(SCENE)
+    copy(world)
+    assert compiles
+    assert world.sim.waiting is None
+    check_numbers(world)
+
+
+def check_numbers(world: World) -> None:
+    """The scene's numbers are those that its whole model gives them."""
+    sim = world.sim
+    builder = Builder(sim.model, sim.scene.annotations, sim.scene.hidden_bodies, None, sim.scene.unseen_sites)
+    builder.build()
+    made, known = (
+        {(each.element, each.element_name, each.id, each.body, each.sensors) for each in many.values()}
+        for many in (builder.objects, sim.scene.objects)
+    )
+    assert made == known
+
+
 READS: dict[str, Callable[[World, int], object]] = {
     "a position": lambda world, shape: frames.get_position(world.sim, shape),
     "a position of another object": lambda world, shape: world.call(
@@ -173,7 +311,6 @@ READS: dict[str, Callable[[World, int], object]] = {
     ),
     "a step": lambda world, shape: world.parts.step(),
     "a parent": lambda world, shape: world.call("simxSetObjectParent", shape, world.handle("table"), True),
-    "a copy": lambda world, shape: world.call("simxCopyPasteObjects", [shape]),
     "a stop": lambda world, shape: world.call("simxStopSimulation"),
 }
 
@@ -276,6 +413,7 @@ def random_call(world: World, choose: random.Random, made: list[int]) -> Callabl
     place = [choose.uniform(-0.3, 0.3) for _ in range(3)]
     color, component = [choose.random() for _ in range(3)], choose.choice((0, 0, 4, 2))
     static, size = choose.random() < 0.6, choose.uniform(0.05, 0.15)
+    some, joint = choose.sample(handles, choose.choice((1, 1, 2, 3))), choose.choice((10, 11, 12))
     calls: list[tuple[int, Callable[[], object]]] = [
         (8, lambda: made.append(create(world, kind, static=static, size=size))),
         (8, lambda: world.call("simxSetObjectPosition", one, other, place)),
@@ -287,7 +425,18 @@ def random_call(world: World, choose: random.Random, made: list[int]) -> Callabl
         (3, lambda: world.call("simxRemoveObject", choose.choice(handles))),
         (1, lambda: world.call("simxCreateDummy", 0.01, None)),
         (1, lambda: world.call("simxSetObjectParent", one, other, True)),
-        (1, lambda: world.call("simxCopyPasteObjects", [one])),
+        (4, lambda: made.extend(world.call("simxCopyPasteObjects", some))),
+        (2, lambda: made.extend(world.call("simxCopyPasteObjects", [one]))),
+        (3, lambda: made.append(world.call("simxLoadModel", "lamp.xml", 0))),
+        (1, lambda: made.append(creating_parts.create_joint(world.parts, joint, 5, hybrid=False))),
+        (
+            1,
+            lambda: made.append(
+                creating.create_mesh(world.parts, *tetrahedron(size), "Mesh", creating.Body())
+            ),
+        ),
+        (1, lambda: world.call("simxSetJointPosition", one, place[0])),
+        (1, lambda: world.call("simxSetJointTargetVelocity", one, place[0])),
         (2, world.parts.step),
     ]
     return choose.choices([call for _, call in calls], [weight for weight, _ in calls])[0]
@@ -302,13 +451,7 @@ def whole(world: World) -> dict[str, Any]:
     }
     speeds = {handle: world.parts.velocities.measure(handle) for handle in sim.scene.objects}
     sim.refresh()
-    builder = Builder(sim.model, sim.scene.annotations, sim.scene.hidden_bodies, None, sim.scene.unseen_sites)
-    builder.build()
-    made, known = (
-        {(each.element, each.element_name, each.id, each.body, each.sensors) for each in many.values()}
-        for many in (builder.objects, sim.scene.objects)
-    )
-    assert made == known
+    check_numbers(world)
     return {
         "objects": list_objects(sim),
         "owners": sim.scene.owners.tolist(),
@@ -322,9 +465,10 @@ def whole(world: World) -> dict[str, Any]:
     }
 
 
-def program(seed: int, after: Callable[[World], object]) -> World:
+def program(seed: int, folder: Path, after: Callable[[World], object]) -> None:
     """Make random calls, started and stopped; `after` each."""
-    choose, world, made = random.Random(seed), World(MASKED if seed % 2 else SCENE), list[int]()
+    choose, made = random.Random(seed), list[int]()
+    world = World(MASKED if seed % 2 else SCENE, workspace=folder)
     for number in range(120):
         if number % 60 == 20:
             world.run(1)
@@ -336,17 +480,20 @@ def program(seed: int, after: Callable[[World], object]) -> World:
         except CommandError:
             continue
         after(world)
-    return world
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", seeds(6))
-def test_a_compile_for_each_shape_gives_the_same(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_compile_for_each_edit_gives_the_same(
+    seed: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "lamp.xml").write_text(LAMP, encoding="utf-8")
     compiled: list[dict[str, Any]] = []
     with monkeypatch.context() as at_once:
-        at_once.setattr(creating, "add_shape", lambda *_arguments: None)
+        for module in (creating, copying, models):
+            at_once.setattr(module, "may_wait", lambda *_arguments: False)
         at_once.setattr(objects, "remove_shape", lambda *_arguments: False)
-        program(seed, lambda world: compiled.append(whole(world)))
+        program(seed, tmp_path, lambda world: compiled.append(whole(world)))
     steps = iter(compiled)
     choose = random.Random(seed)
 
@@ -356,4 +503,4 @@ def test_a_compile_for_each_shape_gives_the_same(seed: int, monkeypatch: pytest.
             found = whole(world)
             assert [key for key in expected if expected[key] != found[key]] == []
 
-    program(seed, compare_sometimes)
+    program(seed, tmp_path, compare_sometimes)
