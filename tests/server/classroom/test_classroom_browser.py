@@ -7,54 +7,27 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 import pytest
-from classes import Class, running_class
+from browsers import Watched, pictures
+from class_rooms import Room
 from launching import write_script
-from processes import ROOT, running, wait_until
+from processes import running
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.gl]
 
 
-def load(name: str, path: Path) -> ModuleType:
-    spec = spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-if find_spec("playwright") is None:
-    pytest.skip("needs playwright, of the extra dev", allow_module_level=True)
 if sys.platform != "linux":
     pytest.skip("classes run on Linux", allow_module_level=True)
-pictures = load("view_pictures", ROOT / "docs" / "view_pictures.py")
-if pictures.find_chromium() is None:
-    pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
+pictures()
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Locator, Page
+    from playwright.sync_api import Locator
 
 SEATS = 5
 SOON = 60.0
-ROOM = """
-<mujoco model="swing">
-  <statistic center="0 0 0.6" extent="0.8"/>
-  <worldbody>
-    <light pos="0 0 3"/>
-    <geom name="floor" type="plane" size="2 2 0.1" rgba="0.3 0.5 0.7 1"/>
-    <body name="arm" pos="0 0 0.6">
-      <joint name="hinge" axis="0 1 0"/>
-      <geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.05" rgba="1 0.2 0.1 1"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
 PROGRAM = """
 import sys, time, vrep
 client = vrep.simxStart("127.0.0.1", 19999, True, True, 20000, 5)
@@ -73,20 +46,13 @@ PIXELS = """image => {
 TWICE = "button => { button.click(); button.click(); }"
 
 
-class Room:
-    """The class, and the teacher's page in a browser."""
+class TeachersRoom(Room, Watched):
+    """The class, and the teacher's page."""
 
     def __init__(self, folder: Path, stack: ExitStack) -> None:
-        (folder / "swing.xml").write_text(ROOM)
         self.script = write_script(folder, PROGRAM, "swing.py")
-        self.simx: Class = stack.enter_context(
-            running_class(folder / "swing.xml", "--seats", SEATS, "--no-editor")
-        )
-        self.browser: Browser = stack.enter_context(pictures.chromium())
-        self.page: Page = self.browser.new_page(viewport={"width": 1200, "height": 900})
-        self.page.set_default_timeout(1000 * SOON)
-        self.faults: list[str] = []
-        self.page.on("pageerror", lambda error: self.faults.append(str(error)))
+        Room.__init__(self, folder, stack, "--seats", SEATS, "--no-editor")
+        Watched.__init__(self, self.browser.new_page(viewport={"width": 1200, "height": 900}), SOON)
         self.page.goto(self.simx.url)
 
     def tile(self, seat: int) -> Locator:
@@ -98,24 +64,20 @@ class Room:
     def says(self, seat: int, what: str, text: str) -> Callable[[], bool]:
         return lambda: text in (self.tile(seat).locator(what).text_content() or "")
 
-    def until(self, condition: Callable[[], bool]) -> bool:
-        """Whether that comes true; the browser goes on meanwhile."""
-        return wait_until(condition, SOON, lambda: self.page.wait_for_timeout(50))
-
 
 @pytest.fixture(scope="module")
-def opened(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Room]:
+def opened(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TeachersRoom]:
     with ExitStack() as stack:
-        yield Room(tmp_path_factory.mktemp("class"), stack)
+        yield TeachersRoom(tmp_path_factory.mktemp("class"), stack)
 
 
 @pytest.fixture
-def room(opened: Room) -> Iterator[Room]:
+def room(opened: TeachersRoom) -> Iterator[TeachersRoom]:
     yield opened
     assert not opened.faults
 
 
-def test_each_seat_has_a_tile_with_an_image(room: Room) -> None:
+def test_each_seat_has_a_tile_with_an_image(room: TeachersRoom) -> None:
     for seat in range(1, SEATS + 1):
         room.image(seat).wait_for()
         assert room.image(seat).evaluate("image => image.naturalWidth") == 400
@@ -124,7 +86,7 @@ def test_each_seat_has_a_tile_with_an_image(room: Room) -> None:
     assert "token" not in room.page.url
 
 
-def test_student_connects_with_the_pasted_lines_and_the_image_moves(room: Room) -> None:
+def test_student_connects_with_the_pasted_lines_and_the_image_moves(room: TeachersRoom) -> None:
     room.image(2).wait_for()
     before = room.image(2).evaluate(PIXELS)
     with running(room.simx.run(2, room.script)) as program:
@@ -137,14 +99,14 @@ def test_student_connects_with_the_pasted_lines_and_the_image_moves(room: Room) 
     assert room.until(room.says(2, ".clients", "no program connected"))
 
 
-def test_token_of_another_seat_is_refused(room: Room) -> None:
+def test_token_of_another_seat_is_refused(room: TeachersRoom) -> None:
     with running(room.simx.run(1, room.script, token_of=2)) as program:
         said = program.communicate(timeout=SOON)[0]
     assert "client -1" in said
     assert "refused the login" in said
 
 
-def test_reset_gives_a_seat_its_scene_again(room: Room) -> None:
+def test_reset_gives_a_seat_its_scene_again(room: TeachersRoom) -> None:
     with running(room.simx.run(3, room.script)) as program:
         assert room.until(room.says(3, ".state", "running"))
         button = room.tile(3).locator(".reset")
@@ -160,7 +122,7 @@ def test_reset_gives_a_seat_its_scene_again(room: Room) -> None:
         program.communicate("")
 
 
-def test_all_seats_are_reset_at_once(room: Room) -> None:
+def test_all_seats_are_reset_at_once(room: TeachersRoom) -> None:
     children = set(room.simx.children())
     room.page.locator("#reset-all").evaluate(TWICE)
     assert room.until(lambda: len(set(room.simx.children()) - children) == SEATS)
@@ -169,7 +131,7 @@ def test_all_seats_are_reset_at_once(room: Room) -> None:
         assert room.until(room.says(seat, ".state", "stopped"))
 
 
-def test_killed_seat_comes_back_at_the_same_port(room: Room) -> None:
+def test_killed_seat_comes_back_at_the_same_port(room: TeachersRoom) -> None:
     before = room.simx.children()
     with running(room.simx.run(5, room.script)) as program:
         assert room.until(room.says(5, ".clients", "swing.py"))
@@ -194,7 +156,7 @@ def owner_of(endpoint: str, processes: list[int]) -> int:
     raise AssertionError("no child listens there")
 
 
-def test_students_page_has_the_lines_and_no_other_seat(room: Room) -> None:
+def test_students_page_has_the_lines_and_no_other_seat(room: TeachersRoom) -> None:
     context = room.browser.new_context()
     try:
         page = context.new_page()
@@ -212,7 +174,7 @@ def test_students_page_has_the_lines_and_no_other_seat(room: Room) -> None:
         context.close()
 
 
-def test_button_that_fails_says_why_until_the_next_press(room: Room) -> None:
+def test_button_that_fails_says_why_until_the_next_press(room: TeachersRoom) -> None:
     room.page.reload()  # the page has no links yet
     room.page.route("**/links", lambda route: route.fulfill(status=503, body="The class is busy."))
     room.tile(1).locator(".copy").click()
@@ -227,7 +189,7 @@ def test_button_that_fails_says_why_until_the_next_press(room: Room) -> None:
     assert room.until(trouble.is_hidden)
 
 
-def test_teacher_copies_the_links(room: Room) -> None:
+def test_teacher_copies_the_links(room: TeachersRoom) -> None:
     room.page.locator("#links").click()
     room.page.locator("#list").wait_for()
     lines = room.page.locator("#list").input_value().splitlines()

@@ -14,12 +14,25 @@ from processes import ROOT, wait_until
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-FEW_FRAMES = """
-const frame = window.requestAnimationFrame.bind(window);
-window.requestAnimationFrame = draw => setTimeout(() => frame(draw), 120);
-window.cancelAnimationFrame = clearTimeout;
+_FEW_FRAMES = """
+if (CONDITION) {
+    const frame = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = draw => setTimeout(() => frame(draw), PAUSE);
+    window.cancelAnimationFrame = clearTimeout;
+}
 """
-"""Eight frames a second: the browser would draw as many as one core of the processor can."""
+
+
+def few_frames(pause: int, condition: str = "true") -> str:
+    """Return a script that lets a page draw its next frame after so many ms; as many as it can would take a core.
+
+    Args:
+        condition: in JavaScript: of the pages, those in frames included, for which that holds.
+    """
+    return _FEW_FRAMES.replace("PAUSE", str(pause)).replace("CONDITION", condition)
+
+
+FEW_FRAMES = few_frames(120)
 
 COARSE = "fixedDpr=0.25"
 """Part of an address: viser draws the 3-D view with a sixteenth of its pixels."""

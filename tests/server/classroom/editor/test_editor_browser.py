@@ -1,19 +1,17 @@
-"""Eight students with a browser each and nothing else: they write, run and stop programs, and see what moves."""
+"""Students with a browser and nothing else write, run and stop programs, and see what moves; eight at a time."""
 
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
-from classes import Class, running_class
-from processes import ROOT, wait_until
+from browsers import Watched, few_frames, pictures
+from class_rooms import Room
 
 from simx_server.classroom.editor.component import PACKAGE
 from simx_server.confined.walls import lacking
@@ -21,38 +19,20 @@ from simx_server.viewer.launching import missing
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser, pytest.mark.gl, pytest.mark.timeout(600)]
 
-if find_spec("playwright") is None:
-    pytest.skip("needs playwright, of the extra dev", allow_module_level=True)
 if reason := lacking() or missing():
     pytest.skip(reason, allow_module_level=True)
-sys.path.insert(0, str(ROOT / "docs"))
-try:
-    pictures: Any = import_module("view_pictures")
-finally:
-    sys.path.pop(0)
-if pictures.find_chromium() is None:
-    pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
+pictures()
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, BrowserContext, Page
+    from playwright.sync_api import BrowserContext
 
 SEATS = 8
+WITH_BROWSER = (1, 4, 8)
+"""The others' programs are started over HTTP: each browser shows two pages that software draws."""
+
 SOON = 120.0
 """Seconds: all of it is drawn by software."""
 
-ROOM = """
-<mujoco model="swing">
-  <statistic center="0 0 0.6" extent="0.8"/>
-  <worldbody>
-    <light pos="0 0 3"/>
-    <geom name="floor" type="plane" size="2 2 0.1" rgba="0.3 0.5 0.7 1"/>
-    <body name="arm" pos="0 0 0.6">
-      <joint name="hinge" axis="0 1 0"/>
-      <geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.05" rgba="1 0.2 0.1 1"/>
-    </body>
-  </worldbody>
-</mujoco>
-"""
 SWING = """import time
 import sim
 client = sim.simxStart("127.0.0.1", 19997, True, True, 5000, 5)
@@ -67,32 +47,18 @@ EDIT = """text => {
 }"""
 
 
-FEW_FRAMES = """
-if (window !== window.top) {
-    const frame = window.requestAnimationFrame.bind(window);
-    window.requestAnimationFrame = draw => setTimeout(() => frame(draw), 1000);
-    window.cancelAnimationFrame = clearTimeout;
-}
-"""
-"""One frame a second in the 3-D views: eight that are drawn by software would take all of the processor, from other
-tests too.
-"""
+FEW_VIEWS = few_frames(1000, "window !== window.top")
+"""The 3-D views, which are in frames, would take the processor from the programs."""
 
 
-class Student:
+class Student(Watched):
     """One seat in a separate browser."""
 
-    def __init__(self, context: BrowserContext, simx: Class, seat: int) -> None:
-        self.seat, self.simx = seat, simx
-        context.add_init_script(FEW_FRAMES)
-        self.page: Page = context.new_page()
-        self.page.set_default_timeout(1000 * SOON)
-        self.faults: list[str] = []
-        self.page.on("pageerror", lambda error: self.faults.append(str(error)))
-        self.page.goto(simx.links[seat - 1]["link"])
-
-    def until(self, condition) -> bool:
-        return wait_until(condition, SOON, lambda: self.page.wait_for_timeout(100))
+    def __init__(self, context: BrowserContext, link: str, seat: int) -> None:
+        context.add_init_script(FEW_VIEWS)
+        super().__init__(context.new_page(), SOON)
+        self.seat = seat
+        self.page.goto(link)
 
     def is_ready(self) -> None:
         self.page.locator("#run:enabled").wait_for()
@@ -123,39 +89,46 @@ class Student:
         return float(found[1]) if found else 0.0
 
 
-class Room:
+class EditorRoom(Room):
+    """A class whose students write programs."""
+
     def __init__(self, folder: Path, stack: ExitStack) -> None:
-        (folder / "swing.xml").write_text(ROOM)
         (folder / "square.py").write_text("print('the start of all seats')\n")
-        self.simx = stack.enter_context(
-            running_class(folder / "swing.xml", "--seats", SEATS, "--program", folder / "square.py")
-        )
-        self.browser: Browser = stack.enter_context(pictures.chromium())
+        super().__init__(folder, stack, "--seats", SEATS, "--program", folder / "square.py")
 
     def student(self, seat: int) -> Student:
-        return Student(self.browser.new_context(viewport={"width": 1000, "height": 600}), self.simx, seat)
+        context = self.browser.new_context(viewport={"width": 1000, "height": 600})
+        return Student(context, self.simx.links[seat - 1]["link"], seat)
 
 
 @pytest.fixture(scope="module")
-def room(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Room]:
+def room(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EditorRoom]:
     with ExitStack() as stack:
-        yield Room(tmp_path_factory.mktemp("class"), stack)
+        yield EditorRoom(tmp_path_factory.mktemp("class"), stack)
 
 
-@pytest.fixture
-def alone(room: Room) -> Iterator[Student]:
+@pytest.fixture(scope="module")
+def first(room: EditorRoom) -> Student:
     """The student of the first seat, with the image instead of the 3-D view, which costs less here."""
     student = room.student(1)
     student.is_ready()
     student.page.locator("#show-image").click()
-    yield student
-    assert not student.faults
+    return student
+
+
+@pytest.fixture
+def alone(room: EditorRoom, first: Student) -> Iterator[Student]:
+    """That student, whose programs have ended after each test."""
+    yield first
+    assert not first.faults
     room.simx.ask("POST", "/seat/1/stop")
-    student.page.context.close()
 
 
-def test_eight_seats_run_their_programs_and_see_what_moves(room: Room) -> None:
-    students = [room.student(seat) for seat in range(1, SEATS + 1)]
+def test_eight_seats_run_their_programs_and_see_what_moves(room: EditorRoom) -> None:
+    students = [room.student(seat) for seat in WITH_BROWSER]
+    for seat in range(1, SEATS + 1):
+        if seat not in WITH_BROWSER:
+            room.simx.start(seat, SWING.format(seat=seat))
     for each in students:
         each.is_ready()
         assert each.page.locator("#name").text_content() == "square.py"
@@ -165,16 +138,15 @@ def test_eight_seats_run_their_programs_and_see_what_moves(room: Room) -> None:
         assert each.shows("#output", f"<b>seat {each.seat} runs</b>")  # as text
         assert each.page.locator("#output b").count() == 0
         assert each.shows("#how", "runs for")
-    teacher = room.browser.new_page(viewport={"width": 1200, "height": 900})
-    teacher.goto(room.simx.url)
-    for each in students:
-        tile = teacher.locator(f"#seat-{each.seat}")
-        assert each.until(
-            lambda tile=tile: (tile.locator(".clients").text_content() or "").startswith(
-                "editor: square.py runs"
-            )
-        )
-        assert "simx-page" not in (tile.locator(".clients").text_content() or "")
+    teacher = Watched(room.browser.new_page(viewport={"width": 1200, "height": 900}), SOON)
+    teacher.page.goto(room.simx.url)
+
+    def clients(seat: int) -> str:
+        return teacher.page.locator(f"#seat-{seat} .clients").text_content() or ""
+
+    for seat in range(1, SEATS + 1):
+        assert teacher.until(lambda seat=seat: clients(seat).startswith("editor: square.py runs")), seat
+        assert "simx-page" not in clients(seat)
     for each in students:
         assert each.until(lambda each=each: each.simulated() > 0), each.seat
         before = each.simulated()
@@ -186,12 +158,10 @@ def test_eight_seats_run_their_programs_and_see_what_moves(room: Room) -> None:
         assert each.shows("#how", "it was stopped")
         assert not each.faults
         each.page.context.close()
-    assert wait_until(
-        lambda: "editor:" not in "".join(teacher.locator(".clients").all_text_contents()),
-        SOON,
-        lambda: teacher.wait_for_timeout(100),
-    )
-    teacher.close()
+    for seat in range(1, SEATS + 1):
+        room.simx.ask("POST", f"/seat/{seat}/stop")
+    assert teacher.until(lambda: not any("editor:" in clients(seat) for seat in range(1, SEATS + 1)))
+    teacher.page.close()
 
 
 def test_error_marks_its_line_and_the_next_change_removes_the_mark(alone: Student) -> None:
@@ -226,7 +196,7 @@ def test_text_and_output_are_there_after_a_reload(alone: Student) -> None:
     assert alone.shows("#output", "once")
 
 
-def test_two_windows_of_a_seat_follow_each_other(room: Room, alone: Student) -> None:
+def test_two_windows_of_a_seat_follow_each_other(room: EditorRoom, alone: Student) -> None:
     other = room.student(1)
     other.is_ready()
     alone.write("print('from the first window')\n")
@@ -238,7 +208,7 @@ def test_two_windows_of_a_seat_follow_each_other(room: Room, alone: Student) -> 
     other.page.context.close()
 
 
-def test_page_says_what_cannot_be_done(room: Room, alone: Student) -> None:
+def test_page_says_what_cannot_be_done(room: EditorRoom, alone: Student) -> None:
     alone.write("x = '" + "y" * 250_000 + "'\n")
     alone.page.locator("#run").click()
     assert alone.shows("#trouble", "The program is too long: it has 250007 bytes")
