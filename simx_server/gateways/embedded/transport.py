@@ -225,7 +225,7 @@ class EmbeddedTransport(PackingLink):
         session, alone = self._session, self._alone
         if session is None or alone is None:
             raise ConnectionFailed("the client has not joined")
-        direct, shortcut = self._prepare(session, command)
+        direct, shortcut = self._prepared.get(command.name) or self._prepare(session, command)
         if command.name == TRIGGER:
             return self._step(direct, alone, report)
         return None if shortcut is None else self._short(shortcut)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -15,7 +16,9 @@ import simx_client as v
 from simx_client.client import Client
 from simx_client.connection.clients import CLIENTS
 from simx_client.connection.embedded import EmbeddedConnection
+from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.precision import as_single
+from simx_server.gateways.embedded import transport
 from simx_server.world.world import World
 
 BLOCKING, STREAMING, BUFFER = v.simx_opmode_blocking, v.simx_opmode_streaming, v.simx_opmode_buffer
@@ -211,3 +214,87 @@ def test_reads_and_steps_of_two_threads_give_whole_values(client: Client) -> Non
     heights = [position[2] for code, position in found if code == 0]
     assert len(heights) == len(found) > 0
     assert heights == sorted(heights, reverse=True)
+
+
+def test_streamed_positions_are_those_after_the_step_whatever_was_set_since(client: Client) -> None:
+    hinge, slider = (v.simxGetObjectHandle(client.id, name, BLOCKING)[1] for name in ("hinge", "slider"))
+    start_stepped(client)
+    for joint in (hinge, slider):
+        v.simxGetJointPosition(client.id, joint, STREAMING)
+    for _ in range(3):
+        assert v.simxSynchronousTrigger(client.id) == 0
+    expected = [(0, as_single(position_of(client, name))) for name in ("hinge", "slider")]
+    assert v.simxSetJointPosition(client.id, hinge, 0.5, BLOCKING) == 0
+    assert [v.simxGetJointPosition(client.id, joint, BUFFER) for joint in (hinge, slider)] == expected
+
+
+def test_a_value_of_a_stream_that_a_blocking_read_has_ended_is_not_there(client: Client) -> None:
+    hinge = v.simxGetObjectHandle(client.id, "hinge", BLOCKING)[1]
+    start_stepped(client)
+    v.simxGetJointPosition(client.id, hinge, STREAMING)
+    for _ in range(3):
+        assert v.simxSynchronousTrigger(client.id) == 0
+    assert v.simxGetJointPosition(client.id, hinge, BUFFER)[0] == 0
+    assert v.simxSynchronousTrigger(client.id) == 0
+    assert v.simxGetJointPosition(client.id, hinge, BLOCKING)[0] == 0
+    assert v.simxGetJointPosition(client.id, hinge, BUFFER) == (v.simx_return_novalue_flag, 0.0)
+
+
+def test_the_newest_header_is_that_of_what_the_client_has_read(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hinge, slider = (v.simxGetObjectHandle(client.id, name, BLOCKING)[1] for name in ("hinge", "slider"))
+    start_stepped(client)
+    v.simxGetJointPosition(client.id, hinge, STREAMING)
+    for _ in range(3):
+        assert v.simxSynchronousTrigger(client.id) == 0
+    v.simxGetJointPosition(client.id, slider, BLOCKING)
+    seconds = itertools.count()
+    monkeypatch.setattr(transport, "monotonic", lambda: float(next(seconds)))
+
+    def newest() -> float:
+        header = connection_of(client).last_header
+        assert header is not None
+        return header.server_time / 1000
+
+    assert v.simxSynchronousTrigger(client.id) == 0
+    triggered = newest()
+    v.simxGetJointPosition(client.id, hinge, BUFFER)
+    after_the_step = newest()
+    v.simxGetJointPosition(client.id, slider, BLOCKING)
+    read = newest()
+    assert triggered < after_the_step < read
+    v.simxGetJointPosition(client.id, hinge, BUFFER)  # it is older than what was read in between
+    assert newest() == read
+
+
+def test_a_viewer_sets_no_target_by_the_short_way(client: Client) -> None:
+    hinge = v.simxGetObjectHandle(client.id, "hinge", BLOCKING)[1]
+    start_stepped(client)
+    for _ in range(2):
+        assert v.simxSetJointTargetPosition(client.id, hinge, 0.25, BLOCKING) == 0
+        assert v.simxSynchronousTrigger(client.id) == 0
+    server = connection_of(client)._direct
+    assert isinstance(server, transport.EmbeddedTransport)
+    link = transport.EmbeddedTransport(server._loop, server._turns, "viewer-1", "viewer", 0)
+    link.greet(1.0)
+    command = BY_NAME["simxSetJointTargetPosition"]
+    assert link.short_way(command, print) is None
+    assert server.short_way(command, print) is not None
+    reply = link.prepare(command)([hinge, -1.0], 1.0)
+    assert reply is not None
+    assert "who may only read" in reply.values[0]
+    link.close()
+
+
+def test_a_stream_in_process_counts_as_executed_after_each_step(client: Client) -> None:
+    hinge = v.simxGetObjectHandle(client.id, "hinge", BLOCKING)[1]
+    start_stepped(client)
+    v.simxGetJointPosition(client.id, hinge, STREAMING)
+    link = connection_of(client)._direct
+    assert isinstance(link, transport.EmbeddedTransport)
+    times = link._service.metrics.command_times
+    before = sum(times["simxGetJointPosition"].counts)
+    for _ in range(10):
+        assert v.simxSynchronousTrigger(client.id) == 0
+    assert sum(times["simxGetJointPosition"].counts) == before + 10
