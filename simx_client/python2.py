@@ -96,7 +96,7 @@ def py2_code(code: Any) -> Any:
 
 @functools.lru_cache(256)  # loops often execute the same text
 def _code_of(text: str) -> CodeType | str:
-    from .launch.python2.convert import CannotConvert, to_python3  # only scripts that execute text pay for it
+    from .old_python.convert import CannotConvert, to_python3  # only scripts that execute text pay for it
 
     try:
         return to_python3(text, "<string>").code
@@ -108,6 +108,6 @@ def py2_file(path: str) -> CodeType:
     """Return the converted code of a file that ``execfile`` names."""
     from pathlib import Path
 
-    from .launch.python2.convert import decode, to_python3
+    from .old_python.convert import decode, to_python3
 
     return to_python3(decode(Path(path).read_bytes()), path).code

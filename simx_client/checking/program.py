@@ -8,11 +8,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from simx_client.old_python.convert import decode
+from simx_client.old_python.loading import IsPython2, convert_if_python2
+
 from ..errors import SimxError
-from ..launch.bindings import CONSTANTS_ONLY, FUNCTIONS_AND_CONSTANTS, is_legacy_binding
-from ..launch.python2.convert import decode
-from ..launch.python2.loading import IsPython2, convert_if_python2
 from ..protocol.nearest import file_like
+from .reading.bindings import CONSTANTS_ONLY, FUNCTIONS_AND_CONSTANTS, is_legacy_binding
 from .reading.folders import added_folders
 from .search import Search, in_folder, is_wrapper
 

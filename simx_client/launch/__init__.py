@@ -10,7 +10,6 @@
     paths           "folder\\file.jpg" means folder/file.jpg on POSIX
     windows         cv2.imshow, waitKey and the like, where OpenCV was built without windows
     after_import    applies these to a module as soon as it has been imported
-    python2         converts a script of Python 2, and its modules, in memory
     script          runs a file as ``__main__`` as ``python FILE`` does
     server          a private simx-server for the script
 

@@ -19,6 +19,8 @@ from types import CodeType, FrameType
 
 from simx_client.connection.embedding import VARIABLE as EMBED_VARIABLE
 from simx_client.connection.pace import OLD_SCRIPTS, PACES, VARIABLE
+from simx_client.old_python.convert import Converted, decode
+from simx_client.old_python.loading import IsPython2, Python2Finder, convert_if_python2
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.cli.parser import Parser, seconds
 from simx_client.protocol.files import scene_for
@@ -32,8 +34,6 @@ from .model_clients import ModelPackage, send_models_to, uses_model
 from .own_library import OwnLibraryFinder
 from .paths import BackslashPaths
 from .pyrep import pyrep_root, stand_in_for_pyrep
-from .python2.convert import Converted, decode
-from .python2.loading import IsPython2, Python2Finder, convert_if_python2
 from .restoring.libraries import LIBRARIES
 from .restoring.matplotlib_aliases import MATPLOTLIB
 from .restoring.numpy_arrays import NUMPY

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from launching import LEGACY_BINDING, LEGACY_CONSTANTS, carry_binding, output_of
 
-from simx_client.launch.bindings import is_compiled_binding
+from simx_client.checking.reading.bindings import is_compiled_binding
 
 pytestmark = pytest.mark.slow
 

@@ -10,8 +10,8 @@ from types import ModuleType
 import pytest
 from launching import LEGACY_BINDING, LEGACY_CONSTANTS, carry_binding, output_of
 
+from simx_client.checking.reading.bindings import is_legacy_binding
 from simx_client.launch.after_import import AfterImport
-from simx_client.launch.bindings import is_legacy_binding
 
 pytestmark = pytest.mark.slow
 

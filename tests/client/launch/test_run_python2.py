@@ -6,7 +6,7 @@ import ast
 
 import pytest
 
-from simx_client.launch.python2 import recognise
+from simx_client.old_python import recognise
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from launching import carry_binding, output_of, python, simx_run, write_script
 
-from simx_client.launch.python2.convert import CannotConvert, decode, to_python3
+from simx_client.old_python.convert import CannotConvert, decode, to_python3
 
 pytestmark = pytest.mark.slow
 

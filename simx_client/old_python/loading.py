@@ -17,7 +17,8 @@ from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
 
-from ..after_import import found_by_others
+from simx_client.launch.after_import import found_by_others
+
 from . import recognise
 from .convert import CannotConvert, Converted, NoConverter, beside, decode, to_python3
 
@@ -27,9 +28,9 @@ _INSTALLED = tuple(
     os.path.join(os.path.realpath(folder), "")
     for folder in (
         *(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")),
-        Path(__file__).parents[2],  # this package
+        Path(__file__).parents[1],  # this package
         # --embed imports it; in a source tree it is beside this package.
-        Path(__file__).parents[2].with_name("simx_server"),
+        Path(__file__).parents[1].with_name("simx_server"),
     )
 )
 _INSTALLED_ANYWHERE = {"site-packages", "dist-packages"}
