@@ -48,7 +48,6 @@ from simx_server.scene.finding.scene_files import SceneFiles
 from simx_server.scene.formats.kept_models import KeptModels
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.trials import Trials
-from simx_server.scene.unreset import UnresetModels
 from simx_server.scripting import Scripts
 from simx_server.scripting.script import Script
 from simx_server.scripting.script_parameters import ScriptParameters
@@ -63,6 +62,7 @@ from simx_server.simulation.applied_forces import AppliedForces
 from simx_server.simulation.physics import Physics
 from simx_server.simulation.simulation import Simulation
 from simx_server.simulation.surfaces import Surfaces
+from simx_server.simulation.unreset import UnresetModels
 from simx_server.simulation.velocities import Velocities
 from simx_server.teleoperation.arm_drive import ArmDrive
 from simx_server.world.world import World

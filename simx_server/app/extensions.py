@@ -21,9 +21,9 @@ from simx_server.gateways.zmq2 import open_zmq2, open_zmq2_viewers
 from simx_server.history import History
 from simx_server.service.ending import QuitAfterStop
 from simx_server.service.service import Service
+from simx_server.service.warm_up import RenderWatch, WarmUp
 from simx_server.service.watcher import Watcher
 from simx_server.settings.settings import Settings
-from simx_server.world.warm_up import RenderWatch, WarmUp
 
 GATEWAYS: Sequence[Entry] = (
     Entry((), open_lane),  # before Zenoh's, which offers it

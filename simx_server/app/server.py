@@ -32,10 +32,9 @@ from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.service.ending import Ending
 from simx_server.service.loop import ServerLoop
 from simx_server.service.service import Service
+from simx_server.service.warm_up import wait_until_warm
 from simx_server.settings.settings import OMPL, Settings
 from simx_server.simulation.simulation import SimulationState
-from simx_server.world.warm_up import wait_until_warm
-from simx_server.world.world import World
 
 from .building import build_world
 from .scene_sources import sources_of
@@ -94,7 +93,7 @@ def open_world(
     stack.callback(world.trials.close)
     stack.callback(world.scripts.close)
     if settings.command_server:
-        from simx_server.parts.communication.command_server import CommandServer
+        from simx_server.editing.command_server import CommandServer
 
         world.simulation.parts.attach(CommandServer(world))
     if settings.ros2_messages:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from simx_server.files import workspace
 from simx_server.service.calls.background import Steps
 from simx_server.service.calls.registry import handler
-from simx_server.world.warm_up import warmed
+from simx_server.service.warm_up import warmed
 
 from ..errors import CommandError
 from .loading import add, file_to_load, find, load

@@ -7,9 +7,9 @@ from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
+from simx_server.service.monitoring.log_of_calls import CallsOfStep, LogOfCalls
 from simx_server.service.watcher import Watcher
 
-from .calls import CallsOfStep, LogOfCalls
 from .moments import Moment, take
 
 if TYPE_CHECKING:

@@ -71,7 +71,7 @@ _settings = attrgetter(*(name for name in SETTING_NAMES if name not in _MOVING))
 _SCRIPTS = "scripts"
 """Those that call scripts between the physics steps, among the parts that accompany these."""
 
-Place = tuple[memoryview, int, JointState]
+Place = tuple["memoryview[float]", int, JointState]
 """Where a number of a joint is: an array and the index in it; and the joint's settings."""
 
 
@@ -137,7 +137,7 @@ class Machine:
         """Joints whose position is a number of `qpos`, plus their offset; found when it is read."""
         self._targets: dict[int, Place] = {}
         """Joints whose target is a number of the position controllers; found when it is set."""
-        self.places_version = 0
+        self.places_version: int = 0
         """Increases when positions are found, and when they have to be found again."""
         self.bind_all()
 

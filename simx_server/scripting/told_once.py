@@ -12,7 +12,7 @@ _MOST, _LONGEST = 10_000, 500
 
 
 class ToldOnce:
-    """What the scripts of a scene have caused already."""
+    """The lines that the scripts of a scene have caused already."""
 
     def __init__(self, status_bar: StatusBar) -> None:
         self._status_bar = status_bar

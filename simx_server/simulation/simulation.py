@@ -21,7 +21,7 @@ from simx_server.joints import Joints
 from simx_server.joints.foresight import Foresight
 from simx_server.joints.stepping import kinematics
 from simx_server.limits import Limits
-from simx_server.scene import properties
+from simx_server.scene import physics_warnings, properties
 from simx_server.scene.editing.model_state import editable_arrays
 from simx_server.scene.editing.waiting.compiling import compile_waiting
 from simx_server.scene.finding.scene_files import SceneFiles
@@ -32,7 +32,6 @@ from simx_server.scene.objects import Scene
 from simx_server.scene.poses.first_turns import set_turns
 from simx_server.scene.poses.pose_copies import PresentPoses
 
-from . import physics_warnings
 from .compiled import Compiled
 from .interruptions import Interruptions
 from .parts import Parts

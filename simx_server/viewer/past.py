@@ -8,7 +8,7 @@ from typing import Any
 from simx_client.protocol.add_ons.past import PastCall
 from simx_client.protocol.commands import ANSWERED
 from simx_server.history import Moment
-from simx_server.history.calls import Called, Cut, short
+from simx_server.service.monitoring.log_of_calls import Called, Cut, short
 
 _MOST_SIGNALS = 200
 _MOST_LETTERS = 400

@@ -7,7 +7,7 @@ import pytest
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as v
-from simx_server.world.warm_up import warm_up
+from simx_server.service.warm_up import warm_up
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 

@@ -31,8 +31,7 @@ class Published:
 
         self._numbers = values.numbers
         self._places = {} if values.positions is None else values.positions.places
-        others = values.of_streams()
-        self._others = others and [(each, one.command, one.answer, one.time_ms) for each, one in others]
+        self._others = [(each, one.command, one.answer, one.time_ms) for each, one in values.of_streams()]
 
     def position(self, handle: int) -> tuple[int, float] | None:
         """Return the id of the stream of a joint's position, and the position; None if it has to be taken."""

@@ -211,7 +211,7 @@ class EmbeddedTransport(PackingLink):
             is_here = answer.__class__ is tuple
             if not is_here and (answer := self._await(answer, time.monotonic() + timeout)) is None:
                 return None
-            status, values = answer  # type: ignore[misc]
+            status, values = cast(Answer, answer)
             return of_fields(Reply, (0, status, time_ms, values if status else received(values)))
 
         return call

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_client.protocol import constants as c
+from simx_server.editing.object_flags import flags
 from simx_server.errors import CommandError
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.poses import compose, inverse, matrix
 
-from .object_flags import flags
 from .own_boxes import own_box
 
 if TYPE_CHECKING:

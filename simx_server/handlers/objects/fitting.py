@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.editing.object_flags import flags
 from simx_server.errors import CommandError
 from simx_server.scene.cameras.image import CameraView
 from simx_server.scene.objects import NOT_A_MODEL
@@ -16,7 +17,6 @@ from simx_server.scene.poses import frames
 from simx_server.scene.poses.poses import matrix
 
 from .bounding_box import corners_of, of_object
-from .object_flags import flags
 from .poses import set_object_position
 
 if TYPE_CHECKING:

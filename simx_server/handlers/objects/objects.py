@@ -13,7 +13,7 @@ from simx_server.scene.editing import editing, renaming
 from simx_server.scene.editing.waiting.removing import remove_shape
 from simx_server.service.calls.background import Steps
 from simx_server.service.calls.registry import handler
-from simx_server.world.warm_up import with_images
+from simx_server.service.warm_up import with_images
 
 if TYPE_CHECKING:
     from simx_server.service.clients.sessions import ClientSession

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from simx_server.editing.shape_properties import is_static
 from simx_server.scene.poses import frames, placing
 from simx_server.scene.poses.poses import Pose
 from simx_server.service.calls.registry import handler
-
-from .shape_properties import is_static
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simx_server.handlers.objects import shape_properties as shapes
+from simx_server.editing import shape_properties as shapes
 from simx_server.scene.editing import editing
 
 from .quantity import Quantity, quantity

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import mujoco
 import numpy as np
@@ -86,10 +86,10 @@ class PositionControl:
         self._target[index] = value
         return True
 
-    def target_of(self, handle: int) -> tuple[memoryview, int] | None:
+    def target_of(self, handle: int) -> tuple[memoryview[float], int] | None:
         """Return where the target of a joint is: array and index; None if it has no controller here."""
         index = self._index.get(handle)
-        return None if index is None else (memoryview(self._target), index)
+        return None if index is None else (cast("memoryview[float]", self._target.data), index)
 
     def remember(self) -> PositionMemory:
         """Return a copy of the controllers' memory."""

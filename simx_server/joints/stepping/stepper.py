@@ -152,7 +152,7 @@ class Stepper:
         """Give a running position controller or spring a new target; return False when the joint has none here."""
         return self._position.retarget(handle, value) or self._springs.retarget(handle, value)
 
-    def target_of(self, handle: int) -> tuple[memoryview, int] | None:
+    def target_of(self, handle: int) -> tuple[memoryview[float], int] | None:
         """Return where the target of a running position controller is; None when the joint has none here."""
         return self._position.target_of(handle)
 

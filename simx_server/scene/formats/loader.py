@@ -23,6 +23,7 @@ from typing import Any
 
 import mujoco
 
+from simx_server.scene import physics_warnings
 from simx_server.scene.assets.asset_files import AssetFiles, make_room
 from simx_server.scene.assets.filing import file_assets
 from simx_server.scene.dependencies import add_dependencies
@@ -32,7 +33,6 @@ from simx_server.scene.objects import Scene
 from simx_server.scene.poses.start import StartKey
 from simx_server.scene.spec_elements import bodies_of
 from simx_server.scene.tree import build_scene
-from simx_server.simulation import physics_warnings
 
 from .annotations import SceneError, read_annotations
 from .jacobian import store_loops_fully

@@ -244,7 +244,7 @@ class LuaInterpreter:
             return []
         if answer is None:
             return None
-        ok, *results = answer if answer.__class__ is tuple else (answer,)
+        ok, *results = answer if isinstance(answer, tuple) else (answer,)
         if ok is not True:
             raise ScriptError(self._explain(_shown(results[0])))
         return [self._from_lua(value) for value in results]

@@ -19,10 +19,10 @@ from concurrent.futures import Future, wait
 
 import mujoco
 
+from simx_server.durations import ImageTimes
 from simx_server.limits import Limits
 from simx_server.scene.cameras.image import PART, CameraImage, CameraView, Renderer, RenderError, nothing
 from simx_server.sensors.opengl.backend import RAYCAST, Backend, Probe, choose_backend
-from simx_server.service.monitoring.durations import ImageTimes
 
 from .current_renderer import CurrentRenderer, make_renderer
 from .image_queue import ImageQueue

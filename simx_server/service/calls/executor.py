@@ -27,7 +27,7 @@ from .background import Unfinished, refuse_steps
 from .dispatch import Dispatch, Handling
 
 if TYPE_CHECKING:
-    from simx_server.history.calls import Called, LogOfCalls
+    from simx_server.service.monitoring.log_of_calls import Called, LogOfCalls
 
 logger = logging.getLogger(__name__)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from simx_client.protocol.messages import Call, Reply
 
 if TYPE_CHECKING:
-    from simx_server.history.calls import Called
+    from simx_server.service.monitoring.log_of_calls import Called
 
     from .background import Unfinished
 

@@ -15,7 +15,7 @@ from simx_server.service.clients.sessions import ClientSession
 from .executor import Executor
 
 if TYPE_CHECKING:
-    from simx_server.history.calls import Called
+    from simx_server.service.monitoring.log_of_calls import Called
 
 Results = tuple[Any, ...]
 Waits = Generator[None, None, Results]

@@ -16,10 +16,9 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 from simx_client.protocol.commands import ANSWERED, Command
+from simx_server.durations import MAX_TEXT, Histogram, ImageTimes
 from simx_server.service.clock import Pacer
 from simx_server.service.watcher import Watcher
-
-from .durations import MAX_TEXT, Histogram, ImageTimes
 
 INTERVAL = 1.0
 """Seconds between two samples."""

@@ -27,11 +27,11 @@ from simx_client.protocol.reports import (
     Timing,
 )
 from simx_server import __version__
+from simx_server.durations import Histogram, percentiles
 from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.service.clients.sessions import ClientSession, Departed
 from simx_server.service.service import Service
 
-from .durations import Histogram, percentiles
 from .metrics import Failures, Sample
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.editing import shape_properties
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import shape_properties
 from simx_server.joints import JointMode
 from simx_server.scene.geometry import inertia
 from simx_server.scene.objects import ObjectKind

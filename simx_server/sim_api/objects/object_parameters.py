@@ -5,8 +5,8 @@ from __future__ import annotations
 from contextlib import suppress
 from types import MappingProxyType
 
+from simx_server.editing import object_flags
 from simx_server.errors import CommandError, Unsupported, WrongKind
-from simx_server.handlers.objects import object_flags
 from simx_server.handlers.objects import object_parameters as parameters
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads

@@ -7,11 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from simx_server.editing import creating, creating_parts, shape_looks
+from simx_server.editing import creating, creating_parts, shape_looks, shape_properties
 from simx_server.editing.compounds import relocating
 from simx_server.editing.creating import Body
 from simx_server.errors import CommandError, Unsupported
-from simx_server.handlers.objects import shape_properties
 from simx_server.parts.object_settings import DrawnSize
 from simx_server.parts.shape_colors import AMBIENT_DIFFUSE
 from simx_server.scene.editing import marks

@@ -90,7 +90,7 @@ def serve_view(
     """
     sys.argv[0] = OWN_NAME  # the name by which the server knows this process's clients
     with ExitStack() as stack:
-        from simx_server.simulation import physics_warnings
+        from simx_server.scene import physics_warnings
 
         from .composition import Page
         from .quiet_viser import open_browser_server

@@ -254,11 +254,11 @@ def test_ports_of_the_next_follow_those_of_the_one_before() -> None:
     assert [member.realm for member in members] == ["lab-0", "lab-1", "lab-2"]
     assert not any(member.count for member in members)
     single = gather({"count": "3", "ports": ["5000"]}, {})
-    assert [single.member(number).ports for number in range(3)] == [(5000,), (5001,), (5002,)]
-    assert single.member(2).temporary_port == 19999
+    assert [of_member(single, number).ports for number in range(3)] == [(5000,), (5001,), (5002,)]
+    assert of_member(single, 2).temporary_port == 19999
     free = gather({"count": "2", "ports": ["0", "0"]}, {})
-    assert free.member(1).ports == (0, 0)
-    assert free.member(1).realm is None
+    assert of_member(free, 1).ports == (0, 0)
+    assert of_member(free, 1).realm is None
 
 
 @pytest.mark.parametrize(

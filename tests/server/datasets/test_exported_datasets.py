@@ -14,7 +14,7 @@ from recordings import recorded
 import simx_client as v
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, USAGE
 from simx_server.app.export.command import main
-from simx_server.world.warm_up import warm_up
+from simx_server.service.warm_up import warm_up
 
 pytestmark = pytest.mark.gl
 

@@ -13,9 +13,9 @@ import pytest
 from handler_calls import World
 from seeds import seeds
 
-from simx_server.editing import copying, creating, creating_parts, models
+from simx_server.editing import copying, creating, creating_parts, models, object_flags
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import object_flags, objects, poses
+from simx_server.handlers.objects import objects, poses
 from simx_server.scene.editing import recompile
 from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.object_listing import list_objects

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scenes_for_tests import arm, run, world_of
 
+from simx_server.editing.shape_properties import is_static
 from simx_server.errors import CommandError, UnknownHandle, UnknownName
-from simx_server.handlers.objects.shape_properties import is_static
 from simx_server.scene.editing import editing
 from simx_server.scene.poses import frames
 from simx_server.simulation.simulation import Simulation

@@ -8,9 +8,9 @@ import pytest
 from handler_calls import World
 from vrep_samples import decoded, each_sample, needs_samples
 
+from simx_server.editing import object_flags
 from simx_server.editing.scaling_objects import scale_object
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import object_flags
 from simx_server.handlers.objects.bounding_box import of_object
 from simx_server.scene.editing.editing import dummy_size, set_dummy_size
 from simx_server.scene.formats.loader import build

@@ -17,10 +17,10 @@ import simx_client as v
 from simx_client.protocol.add_ons.past import GO_ON, KEEP, STEP
 from simx_client.protocol.cli.exit_codes import DONE
 from simx_server.history import History, LogOfCalls
-from simx_server.history.calls import MOST_PER_STEP, Cut, short
 from simx_server.limits import Limits
 from simx_server.parts.add_ons import ADD_ON_TYPE
 from simx_server.recording import state
+from simx_server.service.monitoring.log_of_calls import MOST_PER_STEP, Cut, short
 from simx_server.viewer.feed import Feed
 from simx_server.viewer.messages import ADD_ON, LOOK, PAST, SURVEY
 

@@ -13,8 +13,8 @@ from real_world import RealWorld
 
 import simx_client as vrep
 from simx_server.app.server import open_world
+from simx_server.editing.command_server import COMMAND_SERVER, add_command_server
 from simx_server.files.library import find_scene
-from simx_server.parts.communication.command_server import COMMAND_SERVER, add_command_server
 from simx_server.settings.gathering import gather
 
 pytestmark = pytest.mark.slow

@@ -25,7 +25,7 @@ from simx_server.app import embedding
 from simx_server.scene.cameras.image import CameraView
 from simx_server.sensors.opengl import backend as gl_backend
 from simx_server.sensors.opengl.early_probe import EarlyProbe, may_have_cameras
-from simx_server.world.warm_up import WarmUp, wait_until_warm, warm_up
+from simx_server.service.warm_up import WarmUp, wait_until_warm, warm_up
 
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 

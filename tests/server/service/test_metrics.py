@@ -22,20 +22,13 @@ import simx_client as v
 from simx_client.protocol.codec import CodecError, encode
 from simx_client.protocol.messages import Batch, Call
 from simx_client.protocol.reports import decode_health, decode_metrics, encode_report
+from simx_server.durations import BOUNDS, MAX_CAMERAS, OTHERS, Histogram, ImageTimes, percentiles
 from simx_server.scene.cameras.image import CameraImage, CameraView, Renderer, RenderError
 from simx_server.sensors.opengl.backend import Backend
 from simx_server.sensors.rendering.render_thread import RenderThread
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.clock import Pacer
 from simx_server.service.monitoring import report
-from simx_server.service.monitoring.durations import (
-    BOUNDS,
-    MAX_CAMERAS,
-    OTHERS,
-    Histogram,
-    ImageTimes,
-    percentiles,
-)
 from simx_server.service.monitoring.metrics import UNKNOWN, Metrics
 
 BLOCKING = v.simx_opmode_blocking

@@ -7,7 +7,7 @@ import warnings
 
 import pytest
 
-from simx_server.simulation import physics_warnings
+from simx_server.scene import physics_warnings
 
 
 def warn(text: str) -> None:

@@ -17,8 +17,8 @@ from simx_server.handlers.quantities.engine import find
 from simx_server.joints import watch
 from simx_server.joints.native.loading import VARIABLE
 from simx_server.limits import LimitReached, Limits
+from simx_server.scene import physics_warnings
 from simx_server.scene.formats.loader import SceneError
-from simx_server.simulation import physics_warnings
 from simx_server.simulation.simulation import SimulationState
 
 FALLING = """

@@ -11,9 +11,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from simx_server.editing import shape_looks
+from simx_server.editing import object_flags, shape_looks
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import bounding_box, object_flags
+from simx_server.handlers.objects import bounding_box
 from simx_server.handlers.quantities.engine import ENGINE
 from simx_server.handlers.quantities.objects import entries_of
 from simx_server.parts.custom_data import HIDDEN, REFERENCES, SCENE

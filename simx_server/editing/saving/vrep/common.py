@@ -6,7 +6,7 @@ import struct
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from simx_server.handlers.objects import object_flags
+from simx_server.editing import object_flags
 from simx_server.parts.custom_data import EXTENSION, HIDDEN, REFERENCES
 from simx_server.scene.formats.vrep.decoding.common import (
     BASE_TAGS,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from simx_client.protocol.nearest import did_you_mean
-from simx_server.handlers.objects.shape_properties import is_static
+from simx_server.editing.shape_properties import is_static
 from simx_server.scene.objects import ObjectKind, SceneObject
 from simx_server.simulation.simulation import Simulation
 

@@ -13,9 +13,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from simx_server.scene import physics_warnings
 from simx_server.scene.assets.naming import is_name, rename_attached, take_files
 from simx_server.scene.geometry.highlights import SPECULAR
-from simx_server.simulation import physics_warnings
 
 from .element_copies import Copier, agree, attributes_of
 

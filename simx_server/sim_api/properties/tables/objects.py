@@ -7,9 +7,10 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
+from simx_server.editing import object_flags
 from simx_server.editing.sibling_order import move_among_siblings, place_among_siblings
 from simx_server.errors import CommandError
-from simx_server.handlers.objects import object_flags, objects
+from simx_server.handlers.objects import objects
 from simx_server.scene.editing import renaming
 from simx_server.scene.objects import NOT_A_MODEL, ObjectKind
 from simx_server.scene.properties import SCRIPTS_INACTIVE

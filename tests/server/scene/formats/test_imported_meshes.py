@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from real_world import BLOCKING, RealWorld, handle_of, start_stepped, step
 
 import simx_client as vrep
-from simx_server.parts.communication.command_server import COMMAND_SERVER, add_command_server
+from simx_server.editing.command_server import COMMAND_SERVER, add_command_server
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
 
 pytestmark = pytest.mark.slow

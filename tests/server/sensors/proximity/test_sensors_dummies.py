@@ -8,7 +8,7 @@ import pytest
 from handler_calls import World
 
 from simx_client.protocol import constants as c
-from simx_server.handlers.objects import object_flags
+from simx_server.editing import object_flags
 from simx_server.scene.collection import ALL
 from simx_server.scene.editing.editing import create_dummy, remove_tree
 

@@ -9,8 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simx_server.editing import shape_looks
-from simx_server.handlers.objects import shape_properties
+from simx_server.editing import shape_looks, shape_properties
 from simx_server.scene.formats.vrep.decoding.shapes import DYNAMIC, RESPONDABLE, RESPONDABLE_TAGS, WIREFRAME
 from simx_server.scene.formats.vrep.objects import Primitive
 from simx_server.scene.formats.vrep.writing.colors import put_color

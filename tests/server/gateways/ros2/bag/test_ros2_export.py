@@ -18,7 +18,7 @@ from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPL
 from simx_server.app.export.command import main
 from simx_server.recording.log_file import MAGIC
 from simx_server.recording.records import Kind, Record
-from simx_server.world.warm_up import warm_up
+from simx_server.service.warm_up import warm_up
 
 pytest.importorskip("mcap", reason="needs mcap, of the extra log")
 highlevel = pytest.importorskip("rosbags.highlevel", reason="needs rosbags, of the extra dev")

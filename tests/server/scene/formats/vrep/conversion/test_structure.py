@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from handler_calls import World
 
-from simx_server.handlers.objects import object_flags
+from simx_server.editing import object_flags
 from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
 from simx_server.scene.formats.vrep.converting import convert

@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simx_client.protocol import constants as c
+from simx_server.scene.objects import SceneObject
+from simx_server.scene.poses.placing import free_joint, object_pose, place
+from simx_server.scene.poses.poses import Pose
 from simx_server.simulation.part import Part
 
-from .objects import SceneObject
-from .poses.placing import free_joint, object_pose, place
-from .poses.poses import Pose
-
 if TYPE_CHECKING:
-    from .live import LiveScene
-    from .objects import Scene
+    from simx_server.scene.live import LiveScene
+    from simx_server.scene.objects import Scene
 
 _SIZES = (7, 4, 1, 1)
 """Number of position values of a free, ball, slide and hinge joint."""

@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from simx_server.scene.editing.twins import Twins
     from simx_server.sensors.rendering.render_thread import RenderThread
     from simx_server.service.clients.sessions import ClientSession
-
-    from .world import World
+    from simx_server.world.world import World
 
 WARM_WITHIN = 10.0
 """Seconds that a starting server which records waits for the images of a slow driver or renderer."""
