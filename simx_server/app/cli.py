@@ -229,11 +229,10 @@ def _serve_watched(settings: Settings, watchdog: Watchdog | None) -> int:
 
     # Before the rest is imported, which takes as long.
     probe = None if settings.replay is not None else begin_early(settings.scene or DEFAULT_SCENE)
+    with made_to_stay():
+        from .server import serve
     helper = trial_helper.fork()
     try:
-        with made_to_stay():
-            from .server import serve
-
         return serve(settings, probe, helper)
     finally:
         if helper is not None:

@@ -42,7 +42,7 @@ Stage = tuple[str, "Callable[[Service], Callable[[float], bool]]"]
 """The description of a stage of a turn, and its action: it takes the most seconds to wait; True ends the turn."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Service:
     """The parts of the service. Physics thread, except where a method says otherwise."""
 

@@ -64,7 +64,7 @@ Stage = tuple[str, Callable[["World"], Action | Literal[False]]]
 """A name, and a function that returns what a world does in this stage; False: nothing, until `Parts.replan`."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class World:
     """All parts, made by `building.build_world`. Physics thread only, except `rendering`."""
 

@@ -317,6 +317,7 @@ def _parts(file: Path) -> Iterator[Path]:
     """Yield a scene or model file and the existing files whose elements it includes."""
     seen: set[Path] = set()
     waiting = [file.resolve()]
+    folder = waiting[0].parent
     while waiting:
         path = waiting.pop()
         if path in seen:
@@ -325,7 +326,7 @@ def _parts(file: Path) -> Iterator[Path]:
         yield path
         # MuJoCo searches one of these; an extra file does no harm.
         for name in _named(path):
-            found = (base / name for base in (file.resolve().parent, path.parent))
+            found = (base / name for base in dict.fromkeys((folder, path.parent)))
             waiting += [each.resolve() for each in found if each.is_file()]
 
 
