@@ -18,6 +18,7 @@ from bench.measuring.resources import memory_mb
 SERVER = "server, from spawning it to its ready line"
 LIBRARIES = "Python that imports mujoco, numpy and zenoh"
 CLIENT = "Python that imports simx_client"
+FIRST_CALL = "Python that imports simx_client and calls one of its functions, which makes all"
 ZENOH = "import zenoh"
 CONNECT = "simxStart, in a process that had a connection before"
 PYTHON = "Python that does nothing"
@@ -54,6 +55,7 @@ def measure(effort: Effort) -> Findings:
             LIBRARIES: lambda: _whole_process("import mujoco, numpy, zenoh"),
             PYTHON: lambda: _whole_process("pass"),
             CLIENT: lambda: _whole_process("import simx_client"),
+            FIRST_CALL: lambda: _whole_process("import simx_client; simx_client.simxFinish(-1)"),
             ZENOH: lambda: processes.figure_of(_TIMED_IMPORT.format("zenoh")),
             CONNECT: lambda: _connect(port),
             WORST: _worst_at_first,

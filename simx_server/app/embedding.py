@@ -12,6 +12,7 @@ import os
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack
+from typing import TYPE_CHECKING
 
 from simx_client.errors import ConnectionFailed
 from simx_server.errors import CommandError, StartError
@@ -19,7 +20,6 @@ from simx_server.gateways.embedded.library import Library
 from simx_server.gateways.embedded.transport import EmbeddedTransport
 from simx_server.gateways.embedded.turns import Turns
 from simx_server.gateways.errors import GatewayError
-from simx_server.recording import Recorder
 from simx_server.sensors.opengl.backend import requested_backend
 from simx_server.service.loop import ServerLoop
 from simx_server.settings.gathering import gather
@@ -27,13 +27,15 @@ from simx_server.settings.rules import SettingError
 from simx_server.settings.settings import SETTINGS, Settings
 from simx_server.simulation.simulation import SimulationState
 from simx_server.viewer.feed import Feed
-from simx_server.viewer.launching import browser_address, listen, missing, page
 from simx_server.viewer.messages import ADD_ON
 
 from .cli import make_parser
 from .extensions import OPENING_SETTINGS
 from .server import attach_outputs, open_world
 from .serving import add_viewers, add_watchers, make_service, open_gateways
+
+if TYPE_CHECKING:
+    from simx_server.recording import Recorder
 
 logger = logging.getLogger(__name__)
 
@@ -57,6 +59,8 @@ class EmbeddedServer:
         self._recorder: Recorder | None = None
         with ExitStack() as stack:
             if settings.record is not None:
+                from simx_server.recording import Recorder
+
                 self._recorder = Recorder(settings.record, settings)
                 stack.callback(self._recorder.close)
             self.world = open_world(settings, stack, self._recorder and self._recorder.watch)
@@ -88,6 +92,8 @@ class EmbeddedServer:
             self._turns.end()
 
     def _open_gateways(self, settings: Settings, stack: ExitStack) -> None:
+        from simx_server.viewer.launching import browser_address, listen, missing, page
+
         pages = stack.enter_context(ExitStack())  # ends last, as in a server
         listener = None
         if settings.view is not None:

@@ -39,6 +39,31 @@ def test_all_is_sorted_and_exactly_the_functions_and_constants():
     assert public - set(simx_client.__all__) <= {"simx_client"}
 
 
+@pytest.mark.parametrize(
+    "use",
+    [
+        "vrep.simxFinish(-1)",
+        "from simx_client import simxFinish",
+        "assert 'simxFinish' in dir(vrep)",
+        "assert 'simxFinish' in vrep.__all__",
+        "exec('from simx_client import *'); assert sim_handle_parent == -11",
+        "import inspect; assert dict(inspect.getmembers(vrep))['simx_return_ok'] == 0",
+    ],
+)
+def test_the_first_use_of_one_makes_all_and_the_import_none(use):
+    code = f"""
+import sys, simx_client as vrep, simx_client.protocol.codec
+assert "simx_client.legacy" not in sys.modules
+assert "simxStart" not in vars(vrep)
+{use}
+assert "simxStart" in vars(vrep) and "simx_opmode_blocking" in vars(vrep)
+for name in ("simxNone", "sim_none", "c_None", "none"):
+    assert not hasattr(vrep, name)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize("name", sorted(BY_NAME))
 def test_every_function_is_a_real_function_with_the_parameters_of_the_original(name):
     function = getattr(simx_client, name)

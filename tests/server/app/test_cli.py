@@ -193,6 +193,41 @@ def test_commands_as_json_is_for_programs(capsys: pytest.CaptureFixture[str]) ->
     assert by_name["simxSynchronousTrigger"]["modes"] == "always blocking"
 
 
+def test_a_start_imports_nothing_that_only_some_scenes_flags_and_clients_need() -> None:
+    """Each of these took milliseconds of every start; what needs one imports it."""
+    code = (
+        "import sys\n"
+        "from contextlib import ExitStack\n"
+        "from simx_server.app.server import open_world\n"
+        "from simx_server.settings.settings import Settings\n"
+        "with ExitStack() as stack:\n    open_world(Settings(), stack)\n"
+        "print(*sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    loaded = set(done.stdout.split())
+    assert "simx_server.world.world" in loaded
+    assert not loaded & {
+        "cv2",
+        "OpenGL",
+        "tomllib",
+        "simx_client.legacy",
+        "simx_server.editing.saving",
+        "simx_server.gateways.original.gateway",
+        "simx_server.history.succession",
+        "simx_server.kinematics.planning.tasks",
+        "simx_server.outputs",
+        "simx_server.recording",
+        "simx_server.scene.formats.meshes",
+        "simx_server.scene.formats.urdf.reading",
+        "simx_server.scene.formats.vrep.opening",
+        "simx_server.scene.trial.gathering",
+        "simx_server.sensors.vision.filters.chain",
+        "simx_server.sim_api",
+        "simx_server.viewer.launching",
+    }
+
+
 def test_python_m_is_the_same_program_and_help_loads_nothing_heavy() -> None:
     code = (
         "import runpy, sys\n"
