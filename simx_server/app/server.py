@@ -35,6 +35,7 @@ from simx_server.service.service import Service
 from simx_server.service.warm_up import wait_until_warm
 from simx_server.settings.settings import OMPL, Settings
 from simx_server.simulation.simulation import SimulationState
+from simx_server.world.world import World
 
 from .building import build_world
 from .scene_sources import sources_of
