@@ -1,6 +1,6 @@
 """Compose the server: settings in, a serving process out. No other module knows all the parts.
 
-What only some flags need is imported where it is used: most servers start without.
+The parts that only some flags need are imported by the functions that use them: most servers start without.
 """
 
 from __future__ import annotations

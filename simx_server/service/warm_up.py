@@ -1,6 +1,6 @@
 """Prepare images in advance: when the first client joins, and when a scene with vision sensors is loaded or gets its
-first one. Who gets the handle of a vision sensor waits for them. One of many servers, and an embedded simulation,
-prepare them with that handle, so that those without such programs stay small.
+first one. A program that gets the handle of a vision sensor waits for them. One of many servers, and an embedded
+simulation, prepare them with that handle, so that those without such programs stay small.
 
 The first image of a scene costs up to a second: the driver, meshes, textures. V-REP had its renderer when a client
 came: programs arm a stream of images, sleep 0.1 s and read it. A scene without vision sensors makes no

@@ -1,4 +1,4 @@
-"""Recognise URDF files among those that are opened. What reads them is large, and few scenes need it."""
+"""Recognise URDF files among those that are opened. The reader is large, and few scenes need it."""
 
 from __future__ import annotations
 
