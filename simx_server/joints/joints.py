@@ -13,7 +13,7 @@ from simx_server.scene.poses.poses import Pose, Quaternion
 
 from . import profiles
 from .intrinsic import intrinsic_pose, quat_of_matrix, spherical_pose, spherical_value
-from .machine import Machine
+from .machine import Machine, Position
 from .servo import UNDRIVEN, Rule, rule_of, write_force_limit
 from .state import Binding, JointMode, JointState, Request
 
@@ -34,28 +34,28 @@ class Joints(Machine):
         A cyclic joint returns -pi..pi, a tendon joint its length plus its offset.
         """
         if (place := self._positions.get(handle)) is not None:
-            numbers, index, state = place
-            return numbers[index] + state.offset
+            return position_in(*place)
         binding, state = self._single(handle)
-        value = self._raw_position(binding) + state.offset
-        if _is_cyclic(binding, state):
-            return _wrapped(value)
+        is_cyclic = _is_cyclic(binding, state)
         if binding.element == "joint":
-            self._positions[handle] = memoryview(self._sim.data.qpos), binding.qpos, state
+            numbers, position = memoryview(self._sim.data.qpos), (binding.qpos, state.offset, is_cyclic)
+            self._positions[handle] = numbers, position
             self.places_version += 1
-        return value
+            return position_in(numbers, position)
+        value = self._raw_position(binding) + state.offset
+        return _wrapped(value) if is_cyclic else value
 
     def copied_positions(self) -> memoryview:
         """Return a copy of `qpos`, for `known_places`."""
         return memoryview(self._sim.data.qpos.copy())
 
-    def known_places(self, handles: Iterable[int]) -> dict[int, tuple[int, float]]:
-        """Return where the positions of these joints are in `qpos`, and what is added to them, as far as it is known.
+    def known_places(self, handles: Iterable[int]) -> dict[int, Position]:
+        """Return where the positions of these joints are, for `position_in`, as far as it is known.
 
         It stays so until `places_version` changes.
         """
         places = ((handle, self._positions.get(handle)) for handle in handles)
-        return {handle: (place[1], place[2].offset) for handle, place in places if place is not None}
+        return {handle: place[1] for handle, place in places if place is not None}
 
     def set_position(self, handle: int, value: float) -> None:
         """Put the joint there at once (clamped to its interval; cyclic: wrapped to -pi..pi), velocity zero.
@@ -458,6 +458,12 @@ class Joints(Machine):
         if state.motion is not None:
             state.motion = None
             self._apply(handle)
+
+
+def position_in(numbers: memoryview[float], position: Position) -> float:
+    """Return a joint's position from `qpos` or a copy of it."""
+    index, offset, is_cyclic = position
+    return _wrapped(numbers[index] + offset) if is_cyclic else numbers[index] + offset
 
 
 def finite(value: float, what: str) -> float:

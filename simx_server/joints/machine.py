@@ -74,6 +74,9 @@ _SCRIPTS = "scripts"
 Place = tuple["memoryview[float]", int, JointState]
 """Where a number of a joint is: an array and the index in it; and the joint's settings."""
 
+Position = tuple[int, float, bool]
+"""Where the position of a joint is: the index in `qpos`, what is added, and whether it is brought into one turn."""
+
 
 @dataclass(frozen=True, slots=True)
 class Moment:
@@ -133,8 +136,8 @@ class Machine:
         self._measured = Measured(sim)
         self._watch = Watch(sim)
         self._kinematic: frozenset[int] = frozenset()
-        self._positions: dict[int, Place] = {}
-        """Joints whose position is a number of `qpos`, plus their offset; found when it is read."""
+        self._positions: dict[int, tuple[memoryview, Position]] = {}
+        """Joints whose position is a number of `qpos`, which the first item is; found when it is read."""
         self._targets: dict[int, Place] = {}
         """Joints whose target is a number of the position controllers; found when it is set."""
         self.places_version: int = 0

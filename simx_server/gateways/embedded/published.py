@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from simx_client.protocol.messages import STATUS_OK, Reply, of_fields
 from simx_client.protocol.precision import Values, as_single
+from simx_server.joints.joints import position_in
 
 if TYPE_CHECKING:
     from simx_client.protocol.commands import Command
@@ -38,8 +39,8 @@ class Published:
         place = self._places.get(handle)
         if place is None or self._numbers is None:
             return None
-        stream_id, index, offset = place
-        return stream_id, as_single(self._numbers[index] + offset)
+        stream_id, position = place
+        return stream_id, as_single(position_in(self._numbers, position))
 
     def replies(self, received: Callable[[Command, Values], Values]) -> list[Reply]:
         """Return them as messages would bring them.

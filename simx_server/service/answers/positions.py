@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Container, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from simx_server.joints.machine import Position
+
 from .streams import Shared, Streams, Value
 
 if TYPE_CHECKING:
@@ -16,8 +18,8 @@ if TYPE_CHECKING:
 
 JOINT_POSITION = "simxGetJointPosition"
 
-Place = tuple[int, int, float]
-"""The id of a stream, an index in the copy, and what is added to the number there."""
+Place = tuple[int, Position]
+"""The id of a stream, and where its position is in the copy."""
 
 
 class Positions(NamedTuple):
@@ -49,8 +51,8 @@ def find_positions(joints: Joints, streams: Streams) -> Positions:
         share.question[1]: stream_id for stream_id, share in values if share.command.name == JOINT_POSITION
     }
     known = joints.known_places(wanted)
-    places = {handle: (wanted[handle], *place) for handle, place in known.items()}
-    ids = {stream_id for stream_id, _, _ in places.values()}
+    places = {handle: (wanted[handle], position) for handle, position in known.items()}
+    ids = {stream_id for stream_id, _ in places.values()}
     others = [(stream_id, share) for stream_id, share in values if stream_id not in ids]
     shares = [share for _, share in others]
     return Positions(joints, joints.places_version, places, ids, shares, others)
