@@ -229,10 +229,13 @@ class Modes:
         key = marshal.key(arguments)
         return None if key in self._streams else key
 
-    def has_stream(self, key: Key, stream_id: int) -> bool:
-        """Return whether this is the id of the stream of a key."""
-        stream = self._streams.get(key)
-        return stream is not None and stream[0] == stream_id
+    def stream_id(self, key: Key) -> int | None:
+        """Return the id of the stream of a key; None if it has none, or is of arguments that need marshalling."""
+        try:
+            stream = self._streams.get(key)
+        except TypeError:  # an array, for example
+            return None
+        return None if stream is None else stream[0]
 
     def note_time(self, time_ms: int) -> None:
         """Note the simulation time of a result that did not come through these modes."""

@@ -109,10 +109,11 @@ class EmbeddedConnection(Connection):
         """Make a call in another mode: these concern what has arrived, and streams."""
         newest, modes = ways[2], self._modes
         if mode == _BUFFER and newest is not None and not (modes.outbox or direct.has_messages):
-            found = newest(arguments)
-            if found is not None and modes.has_stream(marshal.key(arguments), found[0]):
-                modes.note_time(found[1])
-                return found[2]
+            stream_id = modes.stream_id(marshal.key(arguments))
+            if stream_id is not None and (found := newest(arguments, stream_id)) is not None:
+                time_ms, result = found
+                modes.note_time(time_ms)
+                return result
         values = marshal.coerce(arguments)
         self._drain()
         result = modes.call(marshal, values, mode)

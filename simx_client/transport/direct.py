@@ -22,8 +22,8 @@ function in blocking mode. The result is None if the call has to be made in the 
 """
 
 
-StreamWay = Callable[[Sequence[Any]], tuple[int, int, Any] | None]
-"""Reads the newest value of a stream: takes the arguments as the script gave them; returns the stream's id, the
+StreamWay = Callable[[Sequence[Any], int], tuple[int, Any] | None]
+"""Reads the newest value of a stream: takes the arguments as the script gave them, and the stream's id; returns the
 simulated time of the value in ms and the result of the legacy function. None: the values have to be taken.
 """
 

@@ -399,20 +399,19 @@ class EmbeddedTransport(PackingLink):
             return None
         due = self._service.due
 
-        def newest(arguments: Sequence[Any]) -> tuple[int, int, tuple[int, float]] | None:
+        def newest(arguments: Sequence[Any], stream_id: int) -> tuple[int, tuple[int, float]] | None:
             published, (handle,) = self._published, arguments
             if published is None or handle.__class__ is not int:
                 return None
             if published.is_seen and due.are_streams_due():
                 return None
             found = published.position(handle)
-            if found is None:
+            if found is None or found[0] != stream_id:
                 return None
             if not published.is_seen:
                 self._see(published)
                 seen()
-            stream_id, position = found
-            return stream_id, published.time_ms, (0, position)
+            return published.time_ms, (0, found[1])
 
         return newest
 

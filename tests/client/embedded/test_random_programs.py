@@ -23,7 +23,8 @@ SCENE = """
   <option timestep="0.005"/>
   <worldbody>
     <body name="arm" pos="0 0 1">
-      <joint name="hinge" axis="0 1 0" ref="0.25" range="-3 3" limited="true"/><geom name="link" size="0.05" pos="0.3 0 0"/>
+      <joint name="hinge" axis="0 1 0" ref="0.25" range="-3 3" limited="true"/>
+      <geom name="link" size="0.05" pos="0.3 0 0"/>
       <body name="tip" pos="0.3 0 0"><joint name="slider" type="slide" axis="0 0 1"/><geom size="0.05"/></body>
     </body>
     <body name="wheel" pos="1 0 1"><joint name="axle" axis="0 0 1"/><geom size="0.1" pos="0.1 0 0"/></body>
