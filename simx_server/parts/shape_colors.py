@@ -42,6 +42,9 @@ _NEARLY = 1e-4
 _OWN = "~own"
 """Marks materials made here: NAME~own3."""
 
+_NUMBERED = re.compile(rf"(_\d+)?({_OWN}\d+)*")
+"""Follows the name of a colour in the name of a material."""
+
 _BLACK = (0.0, 0.0, 0.0)
 
 Color = tuple[float, float, float]
@@ -273,9 +276,11 @@ class ShapeColors(Part):
         material = int(self._sim.model.geom_matid[geom])
         if material < 0:
             return False
-        stem = "".join(letter if letter.isalnum() else "_" for letter in name)
         own = self._sim.model.mat(material).name.rpartition("/")[2]
-        return re.fullmatch(rf"{re.escape(stem)}(_\d+)?({_OWN}\d+)*", own) is not None
+        if len(name) > len(own):  # a client may send a megabyte
+            return False
+        stem = "".join(letter if letter.isalnum() else "_" for letter in name)
+        return own.startswith(stem) and _NUMBERED.fullmatch(own, len(stem)) is not None
 
     def _is_own(self, material: int) -> bool:
         """Return whether a material was made here and belongs to a single geom.

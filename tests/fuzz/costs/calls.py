@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgpack
+import numpy as np
 from loopback import LoopbackTransport
 from real_world import RealWorld
 
@@ -188,7 +189,7 @@ _UI = (
 
 def numbers(count: int) -> list[float]:
     """Return numbers between 0 and 1 that repeat late."""
-    return [(index * 0.618) % 1 for index in range(count)]
+    return (np.arange(count) * 0.618 % 1).tolist()
 
 
 def poses(count: int) -> list[float]:
