@@ -136,16 +136,23 @@ def server(scene: object, *flags: object, ports: tuple[int, ...] = (0,)) -> Iter
         yield ServerProcess(process, [int(p) for p in re.findall(r"127\.0\.0\.1:(\d+)", line)], line)
 
 
-def give_way() -> None:
-    """For a moment, so that who looks again and again takes no core from the process that is waited for."""
-    time.sleep(0.005)
+def give_way(waited: float = 0.0) -> None:
+    """For a moment, so that who looks again and again takes no core from the process that is waited for.
+
+    Args:
+        waited: seconds so far: a twentieth of them is no loss.
+    """
+    time.sleep(min(0.1, max(0.005, waited / 20)))
 
 
-def wait_until(condition, timeout: float, turn=give_way) -> bool:
+def wait_until(condition, timeout: float, turn=None) -> bool:
     """Whether a condition comes true in time; ``turn`` is what to do in between."""
-    deadline = time.monotonic() + timeout
-    while time.monotonic() < deadline:
+    began = time.monotonic()
+    while (waited := time.monotonic() - began) < timeout:
         if condition():
             return True
-        turn()
+        if turn is None:
+            give_way(waited)
+        else:
+            turn()
     return bool(condition())
