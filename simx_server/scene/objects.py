@@ -99,11 +99,13 @@ class SceneObject:
     sensors: tuple[int, ...] = ()
     """MuJoCo sensor ids: the rangefinders of a proximity sensor; force, torque of a force sensor."""
 
-    def renumbered(self, element_id: int, body: int) -> SceneObject:
-        """Return the same object in a model in which its element and body have these ids."""
+    def renumbered(self, element_id: int, body: int, sensors: tuple[int, ...] | None = None) -> SceneObject:
+        """Return the same object in a model in which its element and body, and its sensors if given, have these ids."""
         twin = object.__new__(SceneObject)
         twin.__dict__.update(self.__dict__)
         twin.id, twin.body = element_id, body
+        if sensors is not None:
+            twin.sensors = sensors
         return twin
 
 
@@ -186,14 +188,15 @@ class Scene:
         """
         return self.blueprint.spec
 
-    def edited_in_place(self, change: Change) -> Scene:
+    def edited_in_place(self, change: Change, bodies: float = math.inf) -> Scene:
         """Return a twin, in which an edit without a compile can be made.
 
         Args:
             change: does to the spec what the edit does to the model.
+            bodies: how much that is, see `Blueprint.then`.
         """
         twin = self.twin()
-        twin.blueprint = twin.blueprint.then(change)
+        twin.blueprint = twin.blueprint.then(change, bodies)
         twin.is_edited_in_place = True
         return twin
 

@@ -75,6 +75,8 @@ class Velocities(Part):
         new_before, new_after = map(self._copies.poses, (self._before, self._after))
         for element in POSES:
             old, new = twins.pairs("cam" if element == "camera" else element)
+            if not len(new):
+                continue
             for target, source in ((new_before, before), (new_after, after)):
                 for kept, known in zip(target.of(element), source.of(element), strict=True):
                     kept[new] = known[old]

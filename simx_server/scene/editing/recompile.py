@@ -72,7 +72,7 @@ def edit(
         if repeats is not None:
             blueprint = old.blueprint.then(surgery, repeats)
         else:
-            spec = old.spec.copy()
+            spec = old.blueprint.copy()
             surgery(spec)
             file_assets(spec)
             blueprint = Blueprint(spec)

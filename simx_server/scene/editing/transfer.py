@@ -42,13 +42,21 @@ _ARRAYS = (
 )
 """Model arrays of settings a command may have written. The joints write the actuators' arrays themselves."""
 
-_ARRAYS_OF = {
-    prefix: [array for array in _ARRAYS if array.startswith(prefix)]
-    for prefix in dict.fromkeys(array[: array.index("_") + 1] for array in _ARRAYS)
-}
-"""The arrays by the prefix of their kind of element."""
+_PLACES = ("_pos", "_quat", "_sameframe", "_dir", "_mode")
+"""Endings of the names of arrays that say where an element is."""
 
 _INERTIA = ("body_ipos", "body_iquat", "body_mass", "body_inertia")
+
+_ARRAYS_OF = {
+    prefix: [
+        # Nothing writes the sizes of geoms but edits, which also say that these are moved.
+        (array, array.endswith(_PLACES) or array == "geom_size", array in _INERTIA)
+        for array in _ARRAYS
+        if array.startswith(prefix)
+    ]
+    for prefix in dict.fromkeys(array[: array.index("_") + 1] for array in _ARRAYS)
+}
+"""The arrays by the prefix of their kind of element; which of them say where it is, and which are inertia."""
 
 _POSITIONS = np.array((7, 4, 1, 1))
 _DOFS = np.array((6, 3, 1, 1))
@@ -86,13 +94,11 @@ def carry_over(
         own_weight = _among(twins, prefix[:-1], new, reweighed) if prefix == "body_" else None
         if prefix == "body_":  # bodies that an edit has left without any mass get some, to stay movable
             gained = (old_model.body_mass[old] == 0) & (new_model.body_mass[new] > 0)
-            own_weight = gained if own_weight is None else own_weight | gained
-        for array in arrays:
-            keeps = None
-            # Nothing writes the sizes of geoms but edits, which also say that these are moved.
-            if array.endswith(("_pos", "_quat", "_sameframe", "_dir", "_mode")) or array == "geom_size":
-                keeps = own_place
-            if array in _INERTIA and own_weight is not None:
+            if gained.any():
+                own_weight = gained if own_weight is None else own_weight | gained
+        for array, is_place, is_inertia in arrays:
+            keeps = own_place if is_place else None
+            if is_inertia and own_weight is not None:
                 keeps = own_weight if keeps is None else keeps | own_weight
             source, target = getattr(old_model, array), getattr(new_model, array)
             here, there = (all_old, all_new) if keeps is None else (old[~keeps], new[~keeps])

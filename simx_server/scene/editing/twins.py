@@ -129,6 +129,12 @@ class Twins:
             self._after[kind] = after
         return self._after[kind]
 
+    def keeps_order(self, kind: str) -> bool:
+        """Return whether elements that stay have the order that they had."""
+        before = self.before(kind)
+        stayed = before[before >= 0]
+        return bool((stayed[:-1] < stayed[1:]).all())
+
     def pairs(self, kind: str, copies: Collection[str] = ()) -> tuple[np.ndarray, np.ndarray]:
         """Return the ids before and after of all elements in both models.
 

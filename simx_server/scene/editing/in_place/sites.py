@@ -42,7 +42,7 @@ def add_dummy(
     sim.limits.check("objects", len(sim.scene.objects) + 1, "remove some")
     if not sim.scene.slots.sites:
         sim.scene.slots = sim.scene.slots.with_more_sites()
-        edit(sim, lambda spec: None, set())
+        edit(sim, lambda spec: None, set(), repeats=0)
     old, model = sim.scene, sim.model
     element_name = old.slots.sites[0]
     site = mujoco.mj_name2id(model, _SITE, element_name)
@@ -50,7 +50,7 @@ def add_dummy(
     def change(spec: Any) -> None:
         spec.worldbody.add_site(name=element_name, size=[radius] * 3, group=_GROUP, rgba=list(rgba))
 
-    scene = old.edited_in_place(change)
+    scene = old.edited_in_place(change, 1)
     _write(model, site, 0, ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
     model.site_size[site], model.site_group[site], model.site_rgba[site] = radius, _GROUP, rgba
     scene.slots = old.slots.without_site(element_name)

@@ -17,8 +17,11 @@ from simx_server.scene.assets.filing import file_assets
 Change = Callable[[mujoco.MjSpec], None]
 """An operation on a spec, which may be made in several copies of it."""
 
-_COPIED = 12
-"""Bodies that MuJoCo copies with a spec in the time in which one is added to it."""
+_ADDED = 20
+"""Bodies that MuJoCo copies with a spec in the time in which one is added, ..."""
+
+_LISTED = 40
+"""... and beside that as many as this part of those that are there: MuJoCo lists all of them again."""
 
 
 class Blueprint:
@@ -42,12 +45,17 @@ class Blueprint:
     def spec(self) -> mujoco.MjSpec:
         """Return the spec with all changes; it must not be changed."""
         if self._changes:
-            spec = self._spec.copy()
-            for change in self._changes:
-                change(spec)
-            file_assets(spec)
-            self._spec, self._changes, self._bodies, self._added = spec, (), 0.0, 0.0
+            self._spec, self._changes, self._bodies, self._added = self.copy(), (), 0.0, 0.0
         return self._spec
+
+    def copy(self) -> mujoco.MjSpec:
+        """Return a copy with all changes, that the caller may change."""
+        spec = self._spec.copy()
+        for change in self._changes:
+            change(spec)
+        if self._changes:
+            file_assets(spec)
+        return spec
 
     def having(self, bodies: Iterable[str]) -> mujoco.MjSpec:
         """Return a spec that has these bodies, and what acts on them, as the whole has; it must not be changed."""
@@ -68,12 +76,8 @@ class Blueprint:
         return other
 
     def draft(self, bodies: int) -> mujoco.MjSpec:
-        """Return a spec with all changes that the caller may change. `bodies`: about how many it has."""
+        """Return a copy with all changes to be compiled. `bodies`: about how many it has."""
         self._added += self._bodies
-        if self._added * _COPIED > bodies:
+        if self._added * (_ADDED + bodies / _LISTED) > bodies:
             return self.spec.copy()
-        spec = self._spec.copy()
-        for change in self._changes:
-            change(spec)
-        file_assets(spec)
-        return spec
+        return self.copy()

@@ -77,8 +77,8 @@ _NUMBERED = ("body", "geom", "jnt", "site", "cam", "light", "tendon", "sensor")
 def _check_ids(twins: Twins, waiting: Waiting) -> None:
     """Raise RuntimeError where elements have other numbers than the scene says."""
     for kind in _NUMBERED:
-        after = twins.after(kind)
-        if not np.array_equal(after[after >= 0], np.arange(np.count_nonzero(after >= 0))):
+        before = twins.before(kind)
+        if not twins.keeps_order(kind) or (before[np.count_nonzero(before >= 0) :] >= 0).any():
             raise RuntimeError(f"elements of the kind {kind} have got another order by an edit that waited")
     for handle in waiting.handles:
         item = waiting.scene.objects.get(handle)

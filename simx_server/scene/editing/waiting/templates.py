@@ -105,11 +105,10 @@ class Template:
         places = {model.sensor(name).id: place for place, name in enumerate(sensors)}
         return cls(
             [
-                replace(
-                    item,
-                    id=item.id - (item.element == "body"),
-                    body=item.body - 1,
-                    sensors=tuple(places[sensor] for sensor in item.sensors),
+                item.renumbered(
+                    item.id - (item.element == "body"),
+                    item.body - 1,
+                    tuple(places[sensor] for sensor in item.sensors),
                 )
                 for item in objects
             ],
@@ -118,7 +117,7 @@ class Template:
             parents,
             frozenset(
                 body - 1
-                for body in np.flatnonzero(model.body_parentid == 0).tolist()
+                for body in np.flatnonzero(model.body_parentid == 0)[1:].tolist()
                 if _is_loose(model, body)
             ),
         )
@@ -155,11 +154,10 @@ class Template:
         places["sensor"] = {each: place for place, each in enumerate(sensors)}
         return cls(
             [
-                replace(
-                    item,
-                    id=places[item.element][item.id],
-                    body=places["body"][item.body],
-                    sensors=tuple(places["sensor"][sensor] for sensor in item.sensors),
+                item.renumbered(
+                    places[item.element][item.id],
+                    places["body"][item.body],
+                    tuple(places["sensor"][sensor] for sensor in item.sensors),
                 )
                 for item in builder.objects.values()
             ],

@@ -10,7 +10,7 @@ behind it move up. The results are those of one compile for each shape, bit for 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from simx_server.scene.editing.transplant import delete_all
@@ -53,7 +53,7 @@ class Basis:
     def item(self, item: SceneObject) -> SceneObject:
         """Return an object as the model has it."""
         known = self.scene.objects[item.handle]
-        return replace(item, id=known.id, body=known.body, sensors=known.sensors)
+        return item.renumbered(known.id, known.body, known.sensors)
 
 
 @dataclass
