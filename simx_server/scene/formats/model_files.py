@@ -39,6 +39,8 @@ class Model:
     """The server has saved the file."""
     template: Template | None = None
     """The objects; None if some are in the file's world itself."""
+    size: int = 0
+    """Bytes of the compiled model."""
 
 
 def read_model(path: Path, name: str | None = None, sources: Sources | None = None) -> Model:
@@ -70,7 +72,8 @@ def read_model(path: Path, name: str | None = None, sources: Sources | None = No
     marked = [h for h in top if scene.objects[h].annotations.get("model", {}).get("base")]
     bodies = [h for h in top if scene.objects[h].element in ("body", "joint")]
     template = Template.of_part(scene, compiled, [sensor.name for sensor in scene.spec.sensors])
-    return Model(scene, (marked or bodies or top)[0], read.is_saved, template)
+    base = (marked or bodies or top)[0]
+    return Model(scene, base, read.is_saved, template, mujoco.mj_sizeModel(compiled))
 
 
 @dataclass(frozen=True)

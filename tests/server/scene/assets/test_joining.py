@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from simx_server.editing import copying, creating, models
 from simx_server.scene.assets.filing import file_assets
 from simx_server.scene.editing import editing
 from simx_server.scene.editing.copies import joining
+from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.exporting.check import differing_arrays
 from simx_server.scene.formats.loader import load_text, prepare
 
@@ -176,6 +178,53 @@ def test_a_model_that_is_loaded_again_is_not_read_again(
     third = world.call("simxLoadModel", "block.ttm", 0)
     assert world.sim.scene.get(third).name == "brick"
     assert read == [path, path]
+
+
+LAMP = '<mujoco><worldbody><body name="lamp"><geom size="0.1"/></body>{}</worldbody></mujoco>'
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "readings"),
+    [
+        ("whole.xml", LAMP.format(""), 1),
+        (
+            "parts.xml",
+            LAMP.format('<body name="more"/>').replace(
+                "<worldbody>", '<include file="more.xml"/><worldbody>'
+            ),
+            2,
+        ),
+        ("other.xml", "\ufeff" + LAMP.format(""), 2),
+    ],
+)
+def test_a_text_is_read_again_if_it_names_files(
+    name: str, text: str, readings: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from simx_server.scene.formats import kept_models
+
+    (tmp_path / "more.xml").write_text("<mujoco><option timestep='0.01'/></mujoco>")
+    path, read, real = tmp_path / name, [], kept_models.read_model
+    path.write_bytes(text.encode("utf-16-le" if text.startswith("\ufeff") else "utf-8"))
+    monkeypatch.setattr(kept_models, "read_model", lambda *given: read.append(given[0]) or real(*given))
+    kept = kept_models.KeptModels()
+    for _ in range(2):
+        with contextlib.suppress(SceneError):
+            kept.read(path)
+    assert read == [path] * readings
+
+
+def test_the_model_of_a_text_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from simx_server.scene.formats import kept_models
+
+    path = tmp_path / "many.xml"
+    path.write_text(
+        LAMP.format('<replicate count="500" offset="1 0 0"><body><geom size="0.1"/></body></replicate>')
+    )
+    kept = kept_models.KeptModels()
+    assert kept.read(path) is kept.read(path)
+    monkeypatch.setattr(kept_models, "_MOST_BYTES", 100 * path.stat().st_size)
+    small = kept_models.KeptModels()
+    assert small.read(path) is not small.read(path)
 
 
 def test_models_that_were_used_longest_ago_are_forgotten(
