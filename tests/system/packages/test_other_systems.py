@@ -10,11 +10,10 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from processes import PENDULUM, ROOT, read_line
+from processes import PENDULUM, ROOT, finished, read_line, running
 
 import simx_client as v
 
@@ -63,7 +62,7 @@ MISSING_MODULES = {"darwin": "", "win32": "fcntl resource pwd grp termios tty pt
 STAND_IN = """
 import asyncio, ctypes, importlib, mmap, multiprocessing.connection, os, platform, select, selectors, signal, socket
 import multiprocessing.util, random, subprocess, sys, sysconfig, tempfile, time
-import cv2, mujoco, numpy, zenoh
+import {libraries}
 {first}
 for module, names in {lacking!r}.items():
     for name in names.split():
@@ -109,10 +108,20 @@ v.simxFinish(cid)
 """
 
 
-def program(system: str, text: str, *arguments: object, first: str = "") -> list[str]:
+OF_SERVERS, OF_CLIENTS = "cv2, mujoco, numpy, zenoh", "zenoh"
+"""Libraries, which take more from such a system than the stand-in has while they are imported."""
+
+
+def program(
+    system: str, text: str, *arguments: object, first: str = "", libraries: str = OF_SERVERS
+) -> list[str]:
     """Return the command of a text that runs with the stand-in; `first` runs before it."""
     stand_in = STAND_IN.format(
-        system=system, lacking=LACKING[system], missing=MISSING_MODULES[system], first=first
+        system=system,
+        lacking=LACKING[system],
+        missing=MISSING_MODULES[system],
+        first=first,
+        libraries=libraries,
     )
     return [sys.executable, "-c", stand_in + text, *map(str, arguments)]
 
@@ -126,75 +135,50 @@ def system(request: pytest.FixtureRequest) -> str:
     return request.param
 
 
-@pytest.fixture(scope="module")
-def served(system: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.Popen[str]]:
-    """A server with the stand-in; its first line has been read into `ready`."""
-    folder = tmp_path_factory.mktemp(system)
-    (folder / "pendulum.xml").write_text(PENDULUM, encoding="utf-8")
-    flags = ("--port", "0", "--workspace", folder, "--until-eof")
-    process = subprocess.Popen(
-        program(system, SERVE, folder / "pendulum.xml", *flags),
-        cwd=ROOT,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        process.ready = read_line(process)  # type: ignore[attr-defined]
-        yield process
-    finally:
-        process.kill()
-        process.wait(10)
-        for pipe in (process.stdin, process.stdout):
-            if pipe is not None:
-                pipe.close()
-
-
-def port_of(process: subprocess.Popen[str]) -> int:
-    return int(re.findall(r":(\d+)", process.ready)[0])  # type: ignore[attr-defined]
-
-
 def test_every_module_can_be_imported(system: str) -> None:
     done = ended(program(system, IMPORT_ALL, first="import gymnasium"))
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) > 300
 
 
-def test_a_server_answers_clients_of_its_system_and_of_others(
-    system: str, served: subprocess.Popen[str], tmp_path: Path
+def test_a_server_answers_clients_of_its_system_and_of_others_and_ends_well_with_its_parent(
+    system: str, tmp_path: Path
 ) -> None:
-    port = port_of(served)
-    done = ended(program(system, CLIENT, port))
-    assert done.stdout == "0 (0, 0.0) 0\n", done.stderr
-    cid = v.simxStart("127.0.0.1", port, True, True, 10000, 5)
-    try:
-        assert v.simxSynchronous(cid, True) == 0
-        assert v.simxStartSimulation(cid, v.simx_opmode_blocking) == 0
-        assert v.simxSynchronousTrigger(cid) == 0
-        scene = tmp_path / "other.xml"
-        scene.write_text(PENDULUM.replace("hinge", "other"), encoding="utf-8")
-        assert v.simxStopSimulation(cid, v.simx_opmode_blocking) == 0
-        assert v.simxLoadScene(cid, str(scene), 1, v.simx_opmode_blocking) == 0
-        assert v.simxGetObjectHandle(cid, "other", v.simx_opmode_blocking)[0] == 0
-    finally:
-        v.simxFinish(cid)
-    status = ended([sys.executable, "-m", "simx_client", "status", f"127.0.0.1:{port}", "--json"])
-    assert (status.returncode, len(json.loads(status.stdout))) == (0, 1), status.stderr
-
-
-def test_a_server_ends_well_with_its_parent(system: str, tmp_path: Path) -> None:
     """The parent's end of the pipe is closed, as by its death; Windows has no signal for that."""
-    scene, recording = tmp_path / "scene.xml", tmp_path / "run.simxlog"
+    scene, other, recording = (tmp_path / name for name in ("pendulum.xml", "other.xml", "run.simxlog"))
     scene.write_text(PENDULUM, encoding="utf-8")
-    command = program(system, SERVE, scene, "--port", "0", "--until-eof", "--record", recording)
-    with subprocess.Popen(
-        command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    other.write_text(PENDULUM.replace("hinge", "other"), encoding="utf-8")
+    flags = ("--port", "0", "--workspace", tmp_path, "--until-eof", "--record", recording)
+    with running(
+        subprocess.Popen(
+            program(system, SERVE, scene, *flags),
+            cwd=ROOT,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
     ) as process:
-        assert "realm=" in read_line(process)
+        ready = read_line(process)
+        assert "realm=" in ready
+        port = int(re.findall(r":(\d+)", ready)[0])
+        done = ended(program(system, CLIENT, port, libraries=OF_CLIENTS))
+        assert done.stdout == "0 (0, 0.0) 0\n", done.stderr
+        cid = v.simxStart("127.0.0.1", port, True, True, 10000, 5)
+        try:
+            assert v.simxSynchronous(cid, True) == 0
+            assert v.simxStartSimulation(cid, v.simx_opmode_blocking) == 0
+            assert v.simxSynchronousTrigger(cid) == 0
+            assert v.simxStopSimulation(cid, v.simx_opmode_blocking) == 0
+            assert v.simxLoadScene(cid, str(other), 1, v.simx_opmode_blocking) == 0
+            assert v.simxGetObjectHandle(cid, "other", v.simx_opmode_blocking)[0] == 0
+        finally:
+            v.simxFinish(cid)
+        status = finished("-m", "simx_client", "status", f"127.0.0.1:{port}", "--json")
+        assert (status.returncode, len(json.loads(status.stdout))) == (0, 1), status.stderr
         assert process.stdin is not None
         process.stdin.close()
         assert process.wait(20) == 0
-    replayed = ended([sys.executable, "-m", "simx_server", "--replay", str(recording)])
+    replayed = finished("-m", "simx_server", "--replay", recording)
     assert replayed.returncode == 0, replayed.stderr
 
 
@@ -204,7 +188,7 @@ def test_simx_run_ends_its_server_by_the_way_of_the_system(system: str, tmp_path
         "import vrep\nprint(vrep.simxStart('127.0.0.1', 19997, 1, 1, 9000, 5))\n", encoding="utf-8"
     )
     run = "from simx_client.launch.run import main\nsys.exit(main(sys.argv[1:]))\n"
-    done = ended(program(system, run, "--server", "inverted_pendulum", script))
+    done = ended(program(system, run, "--server", "inverted_pendulum", script, libraries=OF_CLIENTS))
     assert (done.returncode, done.stdout) == (0, "0\n"), done.stderr
     assert "killed" not in done.stderr
 
@@ -216,6 +200,6 @@ def test_what_a_system_cannot_do_is_refused_with_a_reason(system: str, tmp_path:
         done = ended(program(system, SERVE, scene, "--port", "0", "--count", "2"))
         assert (done.returncode, "need a system that can fork" in done.stderr) == (2, True), done.stderr
     classroom = "from simx_client.__main__ import main\nsys.exit(main(['classroom', *sys.argv[1:]]))\n"
-    done = ended(program(system, classroom, scene, "--seats", "1"))
+    done = ended(program(system, classroom, scene, "--seats", "1", libraries=OF_CLIENTS))
     assert done.returncode != 0
     assert "Linux" in done.stderr, done.stderr
