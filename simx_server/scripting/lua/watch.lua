@@ -13,6 +13,7 @@ local sethook, getinfo, cocreate, coclose, current =
     debug.sethook, debug.getinfo, coroutine.create, coroutine.close, coroutine.running
 local clock, heap, error, setmetatable, min = os.clock, collectgarbage, error, setmetatable, math.min
 local struck, watch, spared = false, nil, {}
+local suspects = false                                          -- whether the heap may have grown much
 
 -- "file:line: " of the innermost frame that is the script's own
 local function where()
@@ -29,9 +30,11 @@ end
 -- Instructions between two runs of the hook: as many as take about 1 ms; 500 cheap ones take 0.005 ms. After a
 -- large piece of work, and when the heap has grown, the minimum, from which it grows slowly: what is compared or
 -- joined next may be large too. The clock is read from the first run of the hook on: reading it takes as long as
--- a short call into a script. WORK: instructions times kilobytes of the heap.
-local FIRST, LEAST, SMALL, LARGE, MOST, WORK = 100, 2, 32, 100000, 2000, 1000000
+-- a short call into a script. WORK: instructions times kilobytes of the heap; with UNSEEN of it the hook runs without
+-- reading the clock, while the time for that was short.
+local FIRST, LEAST, SMALL, LARGE, MOST, WORK, UNSEEN = 100, 2, 32, 100000, 2000, 1000000, 4000000
 local interval, greatest, last_strike, last_look = FIRST, FIRST, nil, nil
+local unread, most_unread = 0, 0                                -- runs of the hook before the next look at the clock
 
 -- Checks Python's clock and serves other clients, at most once per millisecond. True: the time is over.
 local function must_stop()
@@ -41,6 +44,7 @@ local function must_stop()
     struck = late() or struck
     local kilobytes = heap("count")
     greatest = kilobytes < 2000 and min(MOST, WORK // kilobytes) or kilobytes < 8000 and 400 or kilobytes < 16000 and 150 or 20
+    most_unread = kilobytes < 2000 and UNSEEN // (greatest * kilobytes) or 0
     last_look = clock()
     return struck
 end
@@ -57,6 +61,7 @@ end
 local function beware()
     if struck then return end
     if interval > LEAST then interval = LEAST end
+    unread = 0
     local span = spans[current()]
     if span and span > LEAST then set(LEAST) end
 end
@@ -69,7 +74,16 @@ local function stop()
     error(where() .. "took too long and was stopped (an endless loop?)", 0)
 end
 
+local function is_large()
+    suspects = false
+    return heap("count") > 1000
+end
+
 function watch()
+    if unread > 0 and not struck then
+        unread = unread - 1
+        return
+    end
     if not struck then
         local now = clock()
         local is_first = not last_strike
@@ -77,10 +91,10 @@ function watch()
         last_look = last_look or now
         local wanted = is_first and interval or took > 0.01 and LEAST or took > 0.002 and interval // 8
             or took < 0.0005 and (interval < SMALL and interval + LEAST or interval * 2) or interval
+        if suspects and is_large() then wanted = LEAST end
         if wanted > greatest then wanted = greatest elseif wanted < LEAST then wanted = LEAST end
-        if wanted ~= interval then
-            interval = wanted
-        end
+        unread = wanted == greatest and interval == greatest and took < 0.0005 and most_unread or 0
+        interval = wanted
         if spans[current()] ~= wanted then
             set(wanted)
         end
@@ -102,12 +116,15 @@ local function look(size)
 end
 
 -- Instructions such as `a .. b` take memory too. The collector, which runs after a certain amount of it, calls
--- this.
+-- this. Here the size of the heap is not known yet; the hook, which runs soon, looks at it.
 local armed = false
 local sentinel = {}
 function sentinel.__gc()
-    if armed and heap("count") > 1000 then beware() end
     setmetatable({}, sentinel)
+    local span = spans[current()]
+    if not armed or struck or not span or span <= LEAST then return end
+    suspects, unread = true, 0
+    set(LEAST)
 end
 setmetatable({}, sentinel)
 
@@ -134,7 +151,7 @@ local main = current()
 
 -- Begins a call from outside any coroutine.
 local function begin()
-    interval, last_strike, last_look, armed = FIRST, nil, nil, true
+    interval, unread, last_strike, last_look, armed = FIRST, 0, nil, nil, true
     spans[main] = FIRST
     sethook(watch, "", FIRST)
 end
