@@ -84,11 +84,15 @@ end
 local random = world.math.random
 function world.math.random(low, high)
     if low == nil then return random() end
+    if mathtype(low) == "integer" and mathtype(high) == "integer" and low <= high then return random(low, high) end
     if high == nil then return finish(pcall(random, whole(low))) end
     return finish(pcall(random, whole(low), whole(high)))
 end
 
 function world.string.sub(text, first, last)
+    if mathtype(first) == "integer" and (last == nil or mathtype(last) == "integer") and type(text) == "string" then
+        return sub(text, first, last)
+    end
     if mathtype(first) == "float" then first = whole(first) end
     if mathtype(last) == "float" then last = whole(last) end
     return finish(pcall(sub, text, first, last))
@@ -211,8 +215,13 @@ function world.table.move(list, first, last, to, other)
     return target
 end
 
+-- Like others here, first the form that is called most, and that cannot fail: `pcall` takes as long as all of it.
 function world.table.insert(list, ...)
     local position, value = ...
+    if select("#", ...) == 1 and type(list) == "table" and not metatable(list) then
+        list[#list + 1] = position
+        return
+    end
     local place = tonumber(position)
     if type(list) ~= "table" or select("#", ...) ~= 2 or not place then return finish(pcall(insert, list, ...)) end
     local length = #list
@@ -263,10 +272,15 @@ local function with_a_look(change)
 end
 for _, name in pairs { "lower", "reverse", "upper" } do world.string[name] = with_a_look(world.string[name]) end
 for _, name in pairs { "codepoint", "len", "offset" } do world.utf8[name] = with_a_look(world.utf8[name]) end
-world.tonumber = with_a_look(tonumber)
+
+local to_number = with_a_look(tonumber)
+function world.tonumber(text, ...)
+    if mathtype(text) and select("#", ...) == 0 then return text end
+    return to_number(text, ...)
+end
 
 function world.string.byte(text, first, last)
-    if last == nil and type(text) == "string" and (first == nil or mathtype(first)) then return byte(text, first) end
+    if last == nil and (first == nil or mathtype(first)) and type(text) == "string" then return byte(text, first) end
     if type(text) == "string" and #text > LONG_LIST then look(#text) end
     return finish(pcall(byte, text, first, last))
 end
