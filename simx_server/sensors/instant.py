@@ -72,6 +72,7 @@ class Surroundings:
         self._owned: dict[tuple[int, ...], NDArray[np.bool_]] = {}
         self._points: dict[tuple[int, ...], Points] = {}
         self._not_of: dict[int, NDArray[np.bool_]] = {}
+        self._without: dict[int, tuple[NDArray[np.bool_], NDArray[np.bool_]]] = {}
         self._scratch: mujoco.MjData | None = None
         self._loaded: Instant | None = None
 
@@ -115,6 +116,13 @@ class Surroundings:
             known = self._not_of[handle] = self.owners != handle
             known.flags.writeable = False
         return known
+
+    def without(self, geoms: NDArray[np.bool_], handle: int) -> NDArray[np.bool_]:
+        """Return (ngeom,) geoms without those of an object. The last array is kept: do not write into either."""
+        known = self._without.get(handle)
+        if known is None or known[0] is not geoms:
+            known = self._without[handle] = geoms, geoms & self.not_of(handle)
+        return known[1]
 
     def data_at(self, instant: Instant) -> mujoco.MjData:
         """Return a state with the geoms of that instant; everything else in it is meaningless."""
@@ -196,6 +204,34 @@ class Instant:
         return known
 
 
+class Present(Instant):
+    """The present state itself, without a copy: for what is computed at once, before anything moves."""
+
+    def __init__(self, sim: Simulation, surroundings: Surroundings) -> None:
+        """Look at the state of a simulation; its kinematics must be fresh whenever this is used."""
+        self.surroundings = surroundings
+        self._sim, self._data = sim, sim.data
+        for name in _POSE_ARRAYS:
+            setattr(self, name, getattr(sim.data, name))
+        self._detectable = {}
+        self._versions: tuple[int, int, object] = -1, -1, None
+        """Versions of the model's arrays and the scene for which `_detectable` holds."""
+
+    @property
+    def data(self) -> mujoco.MjData:
+        return self._data
+
+    def detectable(self, kind: str | None = None) -> NDArray[np.bool_]:
+        scene = self.scene
+        versions = self._sim.model_version, scene.properties_version, scene.annotations
+        if self._versions != versions:
+            self._detectable, self._versions = {}, versions
+        return super().detectable(kind)
+
+    def detectable_points(self, kind: str | None = None) -> Points:
+        return self.surroundings.detectable_points.to(kind)
+
+
 class Instants:
     """Makes instants of a simulation."""
 
@@ -207,6 +243,7 @@ class Instants:
         self._of_trials: PoseCopies | None = None
         self._surroundings: Surroundings | None = None
         self._forms = Forms()
+        self._live: Present | None = None
 
     def now(self, *, with_points: bool = True) -> Instant:
         """Return the present state. Not `with_points`: point clouds and octrees may be as they were."""
@@ -215,6 +252,16 @@ class Instants:
         self._sim.refresh()
         numbers = self._present.numbers()
         return Instant(self._present.copies, numbers, self._present_surroundings())
+
+    def present(self) -> Present:
+        """Return the present state for what is computed at once; `now` takes a copy."""
+        self._show_points()
+        sim = self._sim
+        sim.refresh()
+        around, live = self._present_surroundings(), self._live
+        if live is None or live.surroundings is not around or live.data is not sim.data:
+            live = self._live = Present(sim, around)
+        return live
 
     def of(self, data: mujoco.MjData) -> Instant:
         """Return another state of the present model, with fresh kinematics: a trial state."""

@@ -6,7 +6,7 @@ Sensors with equal optics are handled together: a ring of them costs little more
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -34,8 +34,7 @@ _SNAP = 0.05
 """Maximum distance of the true surface from its triangles along a line of sight, as a share of the distance."""
 
 
-@dataclass(frozen=True, slots=True)
-class Detection:
+class Detection(NamedTuple):
     """The nearest point, in the sensor's frame."""
 
     point: Vector
@@ -79,9 +78,9 @@ def detect_all(
 
 def unblinded(looks: Optics, found: Detection | None) -> Detection | None:
     """Return a detection, None if it is so near that it blinds the sensor."""
-    if found is None or math.dist(found.point, (0.0, 0.0, 0.0)) < looks.least_distance:
-        return None
-    return found
+    if found is None or not looks.least_distance:
+        return found
+    return None if math.dist(found.point, (0.0, 0.0, 0.0)) < looks.least_distance else found
 
 
 def _on_ray(

@@ -60,6 +60,22 @@ def look(
     return [unblinded(looks, _nearer(*pair)) for pair in zip(surfaces, points, strict=True)]
 
 
+def along(instant: Instant, item: SceneObject, looks: Optics, geoms: NDArray[np.bool_]) -> Detection | None:
+    """Return the result of one sensor that is a ray; `geoms`: what it is to detect, without regard to its carrier."""
+    if looks.faces == "none":
+        return None
+    wanted = _without_carrier(instant, item, geoms)
+    return detect(instant, looks, instant.site_xpos[item.id], turn_of(instant, item), wanted)
+
+
+def _without_carrier(instant: Instant, item: SceneObject, geoms: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return geoms without those of the shape that carries a sensor, unless it is annotated to see them."""
+    carrier = instant.scene.owner_of_body(item.body, instant.model)
+    if carrier == -1 or note_of(item).get("carrier", False):
+        return geoms
+    return instant.surroundings.without(geoms, carrier)
+
+
 def note_of(item: SceneObject) -> Annotation:
     """Return the annotation of a sensor."""
     return item.annotations.get("proximity", {})
@@ -78,20 +94,13 @@ def _on_surfaces(
     dice: Callable[[int], np.random.Generator],
 ) -> list[Detection | None]:
     wanted = [each.geoms for each in targets]
+    if looks.kind == "ray" and are_quick_alone(instant, len(items)):
+        return [along(instant, item, looks, geoms) for item, geoms in zip(items, wanted, strict=True)]
     if looks.faces == "none":
         return [None] * len(items)
-    one_by_one = looks.kind == "ray" and are_quick_alone(instant, len(items))
-    if not one_by_one and looks.throw is None and not any(geoms.any() for geoms in wanted):
+    if looks.throw is None and not any(geoms.any() for geoms in wanted):
         return [None] * len(items)
-    for row, item in enumerate(items):
-        carrier = instant.scene.owner_of_body(item.body, instant.model)
-        if carrier != -1 and not note_of(item).get("carrier", False):
-            wanted[row] = wanted[row] & instant.surroundings.not_of(carrier)
-    if one_by_one:
-        return [
-            detect(instant, looks, instant.site_xpos[item.id], turn_of(instant, item), some)
-            for item, some in zip(items, wanted, strict=True)
-        ]
+    wanted = [_without_carrier(instant, item, geoms) for item, geoms in zip(items, wanted, strict=True)]
     sites = [item.id for item in items]
     origins, rotations = instant.site_xpos[sites], instant.site_xmat[sites].reshape(-1, 3, 3)
     if looks.throw is None:

@@ -26,7 +26,7 @@ from simx_server.simulation.part import Part
 
 from .detection import Detection
 from .given import detect_given
-from .looking import Targets, look, note_of, turn_of
+from .looking import Targets, along, look, note_of, turn_of
 from .optics import Optics, optics
 from .volume import TYPES
 
@@ -162,8 +162,10 @@ class ProximitySensors(Part):
         if not self.enabled:
             self._results.pop(handle, None)
             return None
-        (found,) = self._detect(self._instants.now(), [handle])
-        self._handled_by_hand[handle] = found
+        instant = self._instants.present()
+        item = instant.scene.objects[handle]
+        looks = self._look(item)
+        found = self._handled_by_hand[handle] = self._detect_alone(instant, item, looks, self._entity(item))
         return found
 
     def reset(self, handle: int) -> None:
@@ -192,12 +194,11 @@ class ProximitySensors(Part):
             UnknownHandle, WrongKind, CommandError: a handle or a value is wrong.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
-        instant = self._instants.now()
+        instant = self._instants.present()
         own = self._look(item)
         other = {name: value for name, value in looks.items() if value != getattr(own, name)}
         looks_now = replace(own, **other) if other else own  # type: ignore[arg-type]
-        targets = self._targets(instant, entity, looks_now, whatever_it_is=True)
-        return _within(farthest, look(instant, [item], looks_now, [targets], self._dice)[0])
+        return _within(farthest, self._detect_alone(instant, item, looks_now, entity, whatever_it_is=True))
 
     def check_given(
         self,
@@ -219,7 +220,7 @@ class ProximitySensors(Part):
             UnknownHandle, WrongKind: the handle is not a proximity sensor's.
         """
         item = self._sim.scene.get_kind(handle, ObjectKind.PROXIMITY_SENSOR)
-        instant = self._instants.now()
+        instant = self._instants.present()
         looks_now = replace(self._look(item), throw=None, **looks)  # type: ignore[arg-type]
         places = (items - instant.site_xpos[item.id]) @ turn_of(instant, item)
         return _within(farthest, detect_given(looks_now, places))
@@ -344,6 +345,21 @@ class ProximitySensors(Part):
         looks = self._look(items[0])
         targets = [self._targets(instant, self._entity(item), looks) for item in items]
         return look(instant, items, looks, targets, self._dice)
+
+    def _detect_alone(
+        self,
+        instant: Instant,
+        item: SceneObject,
+        looks: Optics,
+        entity: int,
+        *,
+        whatever_it_is: bool = False,
+    ) -> Detection | None:
+        """Return the result of one sensor; see `_targets`."""
+        if looks.kind == "ray" and entity == ALL:  # as scripts ask it from a turning scanner, again and again
+            return along(instant, item, looks, instant.detectable(looks.detects))
+        targets = self._targets(instant, entity, looks, whatever_it_is=whatever_it_is)
+        return look(instant, [item], looks, [targets], self._dice)[0]
 
     def _targets(
         self, instant: Instant, entity: int, looks: Optics, *, whatever_it_is: bool = False
