@@ -133,6 +133,8 @@ class Machine:
         """Functions that are called before and after each physics step, by the part that wants it."""
         self.within_steps: Within | None = None
         """Called within each physics step."""
+        self._has_masters: bool | None = None
+        """Whether any joint follows another; None: it is not known."""
         self._measured = Measured(sim)
         self._watch = Watch(sim)
         self._kinematic: frozenset[int] = frozenset()
@@ -158,6 +160,7 @@ class Machine:
             self._states[item.handle] = known.get(item.handle) or initial_state(
                 item, binding, model, self._raw_position(binding), handles
             )
+        self._has_masters = None
         for state in self._states.values():
             if state.master not in self._bindings:
                 state.master = -1
@@ -228,6 +231,7 @@ class Machine:
         has_others = settings.weights is not self._weights
         self._weights = settings.weights
         self._states = {handle: copied(state) for handle, state in settings.states.items()}
+        self._has_masters = None
         self._write_weights(always=has_others)
         self.forget_run()
 
@@ -465,6 +469,7 @@ class Machine:
 
     def _write(self, handle: int, *, may_hold: bool = True) -> None:
         """Write a joint's settings into the model. `may_hold`: a joint that is to be held now is held where it is."""
+        self._has_masters = None
         binding, state = self._bindings[handle], self._states[handle]
         rule = rule_of(binding, state)
         if rule == Rule.HOLD and may_hold:
@@ -497,15 +502,16 @@ class Machine:
         In a running simulation, physics alone moves free bodies.
         """
 
-        def all_of_it() -> None:
-            move()
-            self._follow()
-            self._sim.changed()
-
         if self._sim.is_running:
-            all_of_it()
+            self._move(move)
         else:
-            carry_followers(self._sim, self._sim.scene.get(handle), all_of_it)
+            carry_followers(self._sim, self._sim.scene.get(handle), lambda: self._move(move))
+
+    def _move(self, move: Callable[[], None]) -> None:
+        """Move joints, and those that follow them."""
+        move()
+        self._follow()
+        self._sim.changed()
 
     def _write_position(self, binding: Binding, value: float) -> None:
         self._sim.data.qpos[binding.qpos] = value
@@ -513,7 +519,9 @@ class Machine:
 
     def _follow(self) -> None:
         """Put dependent joints where their masters want them."""
-        if any(state.master >= 0 for state in self._states.values()):
+        if self._has_masters is None:
+            self._has_masters = any(state.master >= 0 for state in self._states.values())
+        if self._has_masters:
             followers = Followers(self._sim.model, self._entries(), Rule.DEPENDENT)
             if followers:
                 followers.follow(self._sim.data)

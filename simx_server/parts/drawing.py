@@ -10,7 +10,7 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 from simx_server.errors import CommandError
@@ -49,7 +49,7 @@ class Layout:
     extras: int
     """Number of values for colours, size and transparency."""
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Return the number of values per item."""
         return 3 * self.points + 3 * self.has_normal + 4 * self.has_quaternion + self.extras
@@ -84,6 +84,13 @@ class Layout:
             found += frames.xyzw_from_wxyz(multiply(quat, own))
         return (*found, *item[len(found) :])
 
+    def unmoved(self, item: Sequence[float]) -> tuple[float, ...]:
+        """Return an item as `moved` does for the same frame."""
+        if self.has_normal or self.has_quaternion:
+            return self.moved(IDENTITY, item)
+        places = 3 * self.points
+        return (*[0.0 + each for each in item[:places]], *item[places:])  # no -0.0
+
 
 @dataclass(eq=False)
 class DrawingObject:
@@ -112,7 +119,7 @@ class DrawingObject:
     def kind(self) -> int:
         return self.flags & _KIND_BITS
 
-    @property
+    @cached_property
     def layout(self) -> Layout:
         return Layout.of(self.flags)
 
@@ -139,6 +146,10 @@ class DrawingObject:
         return math.dist(item[:count], other[:count]) < self.tolerance
 
 
+def _pieces(numbers: Sequence[float], size: int) -> list[Sequence[float]]:
+    return [numbers[start : start + size] for start in range(0, len(numbers), size)]
+
+
 class DrawingObjects(Part):
     """All drawing objects. The end of a run removes those of the run that are not to outlive it; an object disappears
     with its scene or parent.
@@ -152,7 +163,8 @@ class DrawingObjects(Part):
         """Number that changes whenever something is drawn or removed."""
 
     def __contains__(self, handle: int) -> bool:
-        return handle in self._present()
+        drawn = self._objects.get(handle)
+        return drawn is not None and self._is_present(drawn)
 
     def run_stopped(self) -> None:
         self._objects = {handle: each for handle, each in self._objects.items() if each.outlives_run}
@@ -217,9 +229,14 @@ class DrawingObjects(Part):
             raise CommandError(
                 f"an item of drawing object {handle} is {layout.size} numbers; got {len(numbers)}"
             )
-        pose = IDENTITY if drawn.flags & LOCAL else inverse(self._pose(drawn))
-        items = [numbers[start : start + layout.size] for start in range(0, len(numbers), layout.size)]
-        done = [drawn.put(layout.moved(pose, item)) for item in items]
+        size = layout.size
+        items = [numbers] if len(numbers) == size else _pieces(numbers, size)
+        if drawn.flags & LOCAL or drawn.parent == -1:
+            moved = [layout.unmoved(item) for item in items]
+        else:
+            pose = inverse(self._pose(drawn))
+            moved = [layout.moved(pose, item) for item in items]
+        done = list(map(drawn.put, moved))
         self.version += 1
         return all(done)
 
@@ -241,11 +258,11 @@ class DrawingObjects(Part):
 
     def get(self, handle: int) -> DrawingObject:
         """Return an object. Raises CommandError."""
-        present = self._present()
-        if handle not in present:
-            known = ", ".join(map(str, present)) or "none"
+        drawn = self._objects.get(handle)
+        if drawn is None or not self._is_present(drawn):
+            known = ", ".join(map(str, self._present())) or "none"
             raise CommandError(f"no drawing object with handle {handle}; there are {known}")
-        return present[handle]
+        return drawn
 
     def shown(self, most: int = sys.maxsize) -> list[tuple[DrawingObject, list[tuple[float, ...]]]]:
         """Return every object with its items in the world frame, at most `most` items in total."""
@@ -266,8 +283,11 @@ class DrawingObjects(Part):
         return any(drawn.parent != -1 for drawn in self._present().values())
 
     def _present(self) -> dict[int, DrawingObject]:
-        objects = self._sim.scene.objects
-        return {h: each for h, each in self._objects.items() if each.parent == -1 or each.parent in objects}
+        return {handle: each for handle, each in self._objects.items() if self._is_present(each)}
+
+    def _is_present(self, drawn: DrawingObject) -> bool:
+        """Return whether the object with which it moves still exists."""
+        return drawn.parent == -1 or drawn.parent in self._sim.scene.objects
 
     def _pose(self, drawn: DrawingObject) -> Pose:
         return IDENTITY if drawn.parent == -1 else frames.get_pose(self._sim, drawn.parent)

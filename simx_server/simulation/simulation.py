@@ -381,8 +381,7 @@ class Simulation:
         if not self._stale:
             return
         if self.sleepers.are_to_wake:
-            with self.sleepers.woken():
-                kinematics.update(self.model, self.data)
+            self.sleepers.wake_with(kinematics.update)
         else:
             kinematics.update(self.model, self.data)
         self._stale = False

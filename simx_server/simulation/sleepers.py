@@ -8,8 +8,8 @@ this module.
 from __future__ import annotations
 
 import logging
-from collections.abc import Generator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -28,8 +28,6 @@ _ASLEEP_ARRAYS = (
 )  # fmt: skip
 _ASLEEP_COUNTS = "ntree_awake", "nbody_awake", "nparent_awake", "nv_awake"
 """Not in MuJoCo's state: the trees that sleep, and the lists of those that do not."""
-
-_AS_IT_IS = nullcontext()
 
 Asleep = tuple[dict[str, np.ndarray], dict[str, int], bool]
 """Arrays and counts by name, and whether everything is to wake."""
@@ -118,11 +116,15 @@ class Sleepers:
         """Wake everything with the next kinematics; bodies may fall asleep again."""
         self.are_to_wake = True
 
-    def woken(self) -> AbstractContextManager[None]:
-        """Switch sleep off around MuJoCo's kinematics, which wakes everything that was due to wake."""
+    def wake_with(self, update: Callable[[mujoco.MjModel, mujoco.MjData], None]) -> None:
+        """Wake everything that was due to wake, by MuJoCo's kinematics with sleep switched off."""
         self.are_to_wake = False
-        model = self._sim.model
-        return _sleepless(model) if model.opt.enableflags & _SLEEP else _AS_IT_IS
+        model, data = self._sim.model, self._sim.data
+        if model.opt.enableflags & _SLEEP:
+            with _sleepless(model):
+                update(model, data)
+        else:
+            update(model, data)
 
     @property
     def must_stay_awake(self) -> bool:

@@ -122,8 +122,9 @@ def xyzw_from_wxyz(quat_wxyz: Sequence[float]) -> list[float]:
 
 def matrix12(pose: Pose) -> list[float]:
     """Return a pose as V-REP's 12 numbers: three rows of rotation and position."""
-    rows = poses.matrix(pose[1])
-    return [value for row, offset in zip(rows, pose[0], strict=True) for value in (*row, offset)]
+    (a, b, c), (d, e, f), (g, h, i) = poses.matrix(pose[1])
+    x, y, z = pose[0]
+    return [a, b, c, x, d, e, f, y, g, h, i, z]
 
 
 def pose_from_matrix12(values: Sequence[float]) -> Pose:
@@ -134,10 +135,10 @@ def pose_from_matrix12(values: Sequence[float]) -> Pose:
     numbers = _checked(values, 12, "a matrix")
     a, b, c, x, d, e, f, y, g, h, i, z = numbers
     products = (
-        *(a * a + d * d + g * g - 1.0, b * b + e * e + h * h - 1.0, c * c + f * f + i * i - 1.0),
-        *(a * b + d * e + g * h, a * c + d * f + g * i, b * c + e * f + h * i),
-    )
-    if max(map(abs, products)) > _OFF_ROTATION:
+        a * a + d * d + g * g - 1.0, b * b + e * e + h * h - 1.0, c * c + f * f + i * i - 1.0,
+        a * b + d * e + g * h, a * c + d * f + g * i, b * c + e * f + h * i,
+    )  # fmt: skip
+    if max(products) > _OFF_ROTATION or min(products) < -_OFF_ROTATION:
         raise CommandError(
             f"the matrix {numbers} holds no rotation: its columns must be perpendicular and of length 1"
         )
@@ -196,7 +197,7 @@ def _change(sim: LiveScene, handle: int, relative_to: int, changed: Callable[[Po
 
 
 def _checked(values: Sequence[float], count: int, what: str) -> list[float]:
-    numbers = [float(v) for v in values]
-    if len(numbers) < count or not all(map(math.isfinite, numbers[:count])):
+    numbers = list(map(float, values[:count]))  # what is left over is ignored, as in V-REP
+    if len(numbers) < count or not (math.isfinite(sum(numbers)) or all(map(math.isfinite, numbers))):
         raise CommandError(f"{what} is {count} finite numbers, not {list(values)}")
-    return numbers[:count]  # what is left over is ignored, as in V-REP
+    return numbers

@@ -38,7 +38,7 @@ def conjugate(q: Quaternion) -> Quaternion:
 
 def normalised(q: Sequence[float]) -> Quaternion:
     """Return the quaternion scaled to length 1; raises NoRotation for length 0."""
-    w, x, y, z = (float(v) for v in q)
+    w, x, y, z = map(float, q)
     length = math.sqrt(w * w + x * x + y * y + z * z)
     if length < 1e-12:
         raise NoRotation("a quaternion of length 0")
@@ -70,7 +70,20 @@ def scale(a: Sequence[float], factor: float) -> Vector:
 
 def compose(outer: Pose, inner: Pose) -> Pose:
     """Return `inner`, given in the frame `outer`, in the frame `outer` is given in."""
-    return add(outer[0], rotate(outer[1], inner[0])), multiply(outer[1], inner[1])
+    # The functions above, written out: this is called more often than all others.
+    (px, py, pz), (w, x, y, z) = outer
+    (vx, vy, vz), (bw, bx, by, bz) = inner
+    tx, ty, tz = 2 * (y * vz - z * vy), 2 * (z * vx - x * vz), 2 * (x * vy - y * vx)
+    return (
+        px + (vx + w * tx + y * tz - z * ty),
+        py + (vy + w * ty + z * tx - x * tz),
+        pz + (vz + w * tz + x * ty - y * tx),
+    ), (
+        w * bw - x * bx - y * by - z * bz,
+        w * bx + x * bw + y * bz - z * by,
+        w * by - x * bz + y * bw + z * bx,
+        w * bz + x * by - y * bx + z * bw,
+    )
 
 
 def inverse(pose: Pose) -> Pose:
@@ -125,13 +138,14 @@ def matrix(q: Quaternion) -> tuple[Vector, Vector, Vector]:
 def from_rows(rows: Sequence[Sequence[float]]) -> Quaternion:
     """Return the quaternion of a rotation matrix, computed from its largest component (Shepperd's method)."""
     (a, b, c), (d, e, f), (g, h, i) = rows
-    candidates = (
-        (1 + a + e + i, h - f, c - g, d - b),
-        (h - f, 1 + a - e - i, b + d, c + g),
-        (c - g, b + d, 1 - a + e - i, f + h),
-        (d - b, c + g, f + h, 1 - a - e + i),
-    )
-    return normalised(max(enumerate(candidates), key=lambda entry: entry[1][entry[0]])[1])
+    w, x, y, z = 1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i
+    if w >= x and w >= y and w >= z:
+        return normalised((w, h - f, c - g, d - b))
+    if x >= y and x >= z:
+        return normalised((h - f, x, b + d, c + g))
+    if y >= z:
+        return normalised((c - g, b + d, y, f + h))
+    return normalised((d - b, c + g, f + h, z))
 
 
 def blend(a: Quaternion, b: Quaternion, share: float) -> Quaternion:

@@ -138,11 +138,12 @@ class MatrixFunctions(ApiPart, effect="reads"):
         pose, _ = _either(frame)
         if len(points) < 3:
             raise CommandError(f"a point is 3 numbers, not {len(points)}")
+        (px, py, pz), quat = pose
         found: list[float] = []
-        for start in range(
-            0, len(points) - 2, 3
-        ):  # what is left over is ignored, such as the 1 of {x, y, z, 1}
-            found += poses.add(pose[0], poses.rotate(pose[1], points[start : start + 3]))
+        # What is left over is ignored, such as the 1 of {x, y, z, 1}.
+        for x, y, z in zip(points[::3], points[1::3], points[2::3], strict=False):
+            x, y, z = poses.rotate(quat, (x, y, z))
+            found += px + x, py + y, pz + z
         return found
 
     def getEulerAnglesFromMatrix(self, matrix: list[float]) -> list[float]:

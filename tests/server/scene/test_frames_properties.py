@@ -346,3 +346,9 @@ def test_what_is_placed_between_two_passes_has_moved(name: str) -> None:
     assert euler_rates == pytest.approx([0, 0, 0.4], abs=1e-6)
     world.step()
     assert world.velocities.measure(handle)[0] == pytest.approx([0, 0, 0], abs=1e-6)
+
+
+@given(points, rotations, points, rotations)
+def test_a_composed_pose_has_the_bits_of_its_parts(place, turn, inner_place, inner_turn) -> None:
+    composed = poses.compose((place, turn), (inner_place, inner_turn))
+    assert composed == (poses.add(place, poses.rotate(turn, inner_place)), poses.multiply(turn, inner_turn))

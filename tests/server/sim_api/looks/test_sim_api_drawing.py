@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
 from scripted_world import said, scripted
 from sim_api_calls import ScriptWorld, world
+
+from simx_server.parts.drawing import Layout
+from simx_server.scene.poses.poses import IDENTITY
 
 __all__ = ["world"]
 
@@ -124,3 +129,15 @@ def test_what_cannot_be_drawn_is_told(world: ScriptWorld) -> None:
     world.fails("sim.addDrawingObject(0, 1, 0, 999)", "no object with handle 999")
     world.fails("sim.addDrawingObject(0, 1, 0, -1, -5)", "holds 1 to 100000 items")
     world.fails("sim.addDrawingObject(0, 1, 0, -1, 5, {1})", "a colour is")
+
+
+@pytest.mark.parametrize("flags", [0, 1, 2, 3, 6, 7, 8, 9, 0x20, 0x42, 0x80, 0x20003, 0x80001])
+def test_items_in_the_world_are_those_of_a_parent_at_its_origin(flags: int) -> None:
+    layout, chance = Layout.of(flags), random.Random(flags)
+    for _ in range(50):
+        item = [
+            chance.choice((0.0, -0.0, 1.5, -1e300, 5e-324, chance.uniform(-1, 1))) for _ in range(layout.size)
+        ]
+        if layout.has_quaternion:
+            item[3:7] = 0.0, 0.6, 0.0, 0.8
+        assert repr(layout.unmoved(item)) == repr(layout.moved(IDENTITY, item))  # -0.0 is not 0.0
