@@ -30,7 +30,7 @@ limit in wall time.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Protocol, runtime_checkable
@@ -166,6 +166,17 @@ class Api(Protocol):
                 adds script,
                 line and function. For an unknown name the text says so and lists similar names.
         """
+        ...
+
+    def function(self, name: str) -> Callable[[Sequence[Any]], tuple[Any, ...] | Waiting]:
+        """Return a function of the API for many calls with plain values; each is an `invoke` with this name.
+
+        It raises nothing itself: the calls of an unknown name fail.
+        """
+        ...
+
+    def count_calls(self, count: int) -> None:
+        """Note calls of functions that an interpreter has calculated itself, without a call of Python."""
         ...
 
     def module(self, name: str) -> bytes | None:

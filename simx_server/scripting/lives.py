@@ -45,7 +45,8 @@ NEVER_CALLED: Mapping[str, str] = MappingProxyType(
 """Call-backs of CoppeliaSim that can never come here, and why; a script that has one is told so."""
 
 
-_WITHOUT_OBJECT = (ScriptKind.MAIN, ScriptKind.SANDBOX)
+_MAIN, _SANDBOX = ScriptKind.MAIN, ScriptKind.SANDBOX
+"""Kinds of scripts without an object. Python takes as long as for a call to find a member of an enumeration."""
 
 OpenSpaces = Callable[[Script], Spaces]
 """Creates the namespaces of a script that starts."""
@@ -232,7 +233,8 @@ class Lives:
     def _may_run(self, script: Script) -> bool:
         if script.interpreter is None or script.is_removed:
             return False
-        if script.kind in _WITHOUT_OBJECT:
+        kind = script.kind
+        if kind is _MAIN or kind is _SANDBOX:
             return True
         if not script.active_in_run and self._sim.is_running:
             return False

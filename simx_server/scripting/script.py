@@ -298,12 +298,19 @@ def tell_of_file(sim: Simulation, path: Path) -> None:
     sim.parts.tell(lambda part: part.file_read(path, sim.files.sources))
 
 
+Call = Callable[[Sequence[Any]], "tuple[Any, ...] | Waiting"]
+"""A function of the API that takes a script's plain values."""
+
+_MOST_FUNCTIONS = 1000
+"""Maximum number of functions that are kept for a script: it may call any name."""
+
+
 class Spaces(Protocol):
     """The namespaces of one script, `sim` and the others; see `namespaces.Namespaces`."""
 
     def names(self) -> Mapping[str, Mapping[str, Constant | None]]: ...
-    def reading(self) -> frozenset[str]: ...
-    def invoke(self, full_name: str, values: list[Any]) -> tuple[Any, ...] | Waiting: ...
+    def without_edits(self) -> frozenset[str]: ...
+    def function(self, full_name: str) -> Call: ...
 
 
 class ScriptSide:
@@ -325,7 +332,10 @@ class ScriptSide:
         self._allows_code = allows_code
         self._script = script
         self._spaces = spaces
-        self._reading = spaces.reading()
+        self._without_edits = spaces.without_edits()
+        self._functions: dict[str, Call] = {}
+        """Functions of the API that the script has called, by full name."""
+
         self.switching = script.switching
         self.serve_others = serve_others
         self._api_called = api_called
@@ -338,22 +348,49 @@ class ScriptSide:
         return self._spaces.names()
 
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
-        interruptions = self._sim.interruptions
-        interruptions.script_point()
-        waited, model = interruptions.waited, self._sim.model
-        # Reading the clock takes as long as most calls.
-        began = 0.0 if name in self._reading else time.thread_time()
-        try:
-            results = self._spaces.invoke(name, arguments)
-        finally:
-            if self._sim.model is model:
-                self.switching.spent += interruptions.waited - waited
-            elif began:  # an edit of the scene, whose costs grow with the scene
-                cost = time.thread_time() - began
-                self.switching.spent += min(cost, max(0.0, EDITING_LIMIT - self.switching.edited))
-                self.switching.edited += cost
-        self._api_called()
-        return results
+        return self.function(name)(arguments)
+
+    def function(self, name: str) -> Call:
+        known = self._functions.get(name)
+        if known is None:
+            known = self._made(self._spaces.function(name), edits=name not in self._without_edits)
+            if len(self._functions) < _MOST_FUNCTIONS:
+                self._functions[name] = known
+        return known
+
+    def _made(self, call: Call, *, edits: bool) -> Call:
+        """Return a function of the API with what each call of a script does besides.
+
+        Args:
+            call: the function.
+            edits: whether it is one that edits the scene: then its processor time is measured, which takes as long as
+                most calls.
+        """
+        sim, switching, api_called = self._sim, self.switching, self._api_called
+        interruptions = sim.interruptions
+
+        def called(values: Sequence[Any]) -> tuple[Any, ...] | Waiting:
+            interruptions.script_point()
+            waited, edited, model = interruptions.waited, interruptions.edited, sim.model
+            began = time.thread_time() if edits else 0.0
+            try:
+                results = call(values)
+            finally:
+                if sim.model is model:
+                    switching.spent += interruptions.waited - waited
+                else:  # an edit of the scene, whose costs grow with the scene
+                    cost = time.thread_time() - began if edits else interruptions.edited - edited
+                    switching.spent += min(cost, max(0.0, EDITING_LIMIT - switching.edited))
+                    switching.edited += cost
+            api_called()
+            return results
+
+        return called
+
+    def count_calls(self, count: int) -> None:
+        script_point = self._sim.interruptions.script_point
+        for _ in range(count):
+            script_point()
 
     def module(self, name: str) -> bytes | None:
         suffix = ".py" if self._script.language == PYTHON else ".lua"

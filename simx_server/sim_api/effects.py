@@ -27,6 +27,8 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 
 _MARK = "__simx_effect__"
 
+_NO_EDIT = "__simx_no_edit__"
+
 
 def _marked(function: _F, effect: Effect) -> _F:
     setattr(function, _MARK, effect)
@@ -56,6 +58,21 @@ def runs_code(function: _F) -> _F:
 def needs_script(function: _F) -> _F:
     """Declare that a function acts on the script that calls it."""
     return _marked(function, "needs a script")
+
+
+def no_edit(function: _F) -> _F:
+    """Declare that a function which changes something never edits the scene.
+
+    Edits may take long, so the processor time of other functions is measured; reading that clock takes as long as most
+    calls.
+    """
+    setattr(function, _NO_EDIT, True)
+    return function
+
+
+def declares_no_edit(member: object) -> bool:
+    """Return whether a method declares that it never edits the scene."""
+    return getattr(member, _NO_EDIT, False)
 
 
 def declared(member: object) -> Effect | None:

@@ -12,7 +12,7 @@ from simx_server.scripting.interpreter import Constant
 from simx_server.scripting.script import ScriptKind
 
 from .base import ApiPart
-from .effects import reads
+from .effects import no_edit, reads
 
 _TIME_CURVE, _XYZ_CURVE = 0, 2
 
@@ -27,6 +27,7 @@ class GraphFunctions(ApiPart, effect="changes"):
         "stream_transf_cumulative": 3,
     }
 
+    @no_edit
     def setGraphUserData(self, graph: int, name: str, value: float) -> int:
         """Set a stream's value, recorded at the end of the simulation step; V-REP 3's form. A missing stream is
         created.
@@ -60,6 +61,7 @@ class GraphFunctions(ApiPart, effect="changes"):
         )
         return self._graph(graph).put(stream)
 
+    @no_edit
     def setGraphStreamValue(self, graph: int, stream: int, value: float) -> None:
         """Set a stream's value, recorded at the end of the simulation step or by sim.handleGraph."""
         self._graph(graph).stream(stream).pending = value
@@ -165,6 +167,7 @@ class GraphFunctions(ApiPart, effect="changes"):
         limits = [end for axis in axes for end in span(axis)] if axes[0] else None
         return label, options, list(color), *axes, limits, number, width
 
+    @no_edit
     def handleGraph(self, graph: int, time: float) -> int:
         """Record the values that were set, with this time; sim.handle_all and similar handles mean all graphs."""
         every = graph in (c.sim_handle_all, c.sim_handle_all_except_explicit)
@@ -172,6 +175,7 @@ class GraphFunctions(ApiPart, effect="changes"):
             self._world.graphs.record(handle, time)
         return 1
 
+    @no_edit
     def resetGraph(self, graph: int) -> int:
         """Delete the recorded values; sim.handle_all and similar handles mean all graphs."""
         every = graph in (c.sim_handle_all, c.sim_handle_all_except_explicit)

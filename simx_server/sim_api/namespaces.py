@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from functools import cache
 from types import GeneratorType, MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -15,10 +15,10 @@ from simx_server.scripting.conversion.signature import Signature
 from simx_server.scripting.interpreter import OLD_SPACES, Constant, Plain, Waiting
 from simx_server.scripting.modules.absent import no_such_plugin
 
-from .effects import Effect, declared
+from .effects import Effect, declared, declares_no_edit
 
 if TYPE_CHECKING:
-    from simx_server.scripting.script import Script
+    from simx_server.scripting.script import Call, Script
     from simx_server.world.world import World
 
 
@@ -80,7 +80,7 @@ class Namespaces:
         self._script = script
         self._say_once = world.scripts.told_once.tell
         self._spaces = {space: kind(world, script) for space, kind in api.NAMESPACES.items()}
-        self._found: dict[str, tuple[Callable[..., Any], Signature]] = {}
+        self._functions: dict[str, Call] = {}
         """Functions that were called, by full name."""
 
     def space(self, name: str) -> Any:
@@ -95,39 +95,53 @@ class Namespaces:
 
     @staticmethod
     @cache
-    def reading() -> frozenset[str]:
-        """Return the full names of the functions that only read or calculate."""
+    def without_edits() -> frozenset[str]:
+        """Return the full names of the functions that never edit the scene: they only read, or declare it."""
         return frozenset(
             f"{space}.{name}"
             for space in api.NAMESPACES
             for name, effect in effects(space).items()
-            if effect == "reads"
+            if effect == "reads" or declares_no_edit(getattr(api.NAMESPACES[space], name))
         )
 
-    def invoke(self, full_name: str, values: list[Any]) -> tuple[Any, ...] | Waiting:
+    def invoke(self, full_name: str, values: Sequence[Any]) -> tuple[Any, ...] | Waiting:
         """Call a function with a script's plain values; return its results as a tuple, or a generator that returns
         them.
 
         Raises:
             CommandError: the function does not exist, arguments have the wrong type, or the function fails.
         """
-        found = self._found.get(full_name)
-        if found is None:
-            space, _, name = full_name.partition(".")
-            signature = signatures(space).get(name)
-            if signature is None:
-                return self._without(space, name, values)
-            found = self._found[full_name] = getattr(self._spaces[space], name), signature
-        function, signature = found
-        try:
-            result = function(*signature.bind(values))
-        except CommandError as problem:
-            if self._stops_at(problem):
-                raise  # here: a frame that holds its exception waits for the garbage collector
-            return self._going_on(full_name, signature, problem)
-        if isinstance(result, GeneratorType):
-            return self._waiting(full_name, signature, result)
-        return _as_tuple(result)
+        return self.function(full_name)(values)
+
+    def function(self, full_name: str) -> Call:
+        """Return a function for many calls with plain values; each is an `invoke` with this name."""
+        known = self._functions.get(full_name)
+        if known is not None:
+            return known
+        space, _, name = full_name.partition(".")
+        signature = signatures(space).get(name)
+        if signature is None:
+            return lambda values: self._without(space, name, values)
+        known = self._functions[full_name] = self._made(
+            full_name, getattr(self._spaces[space], name), signature
+        )
+        return known
+
+    def _made(self, full_name: str, function: Callable[..., Any], signature: Signature) -> Call:
+        bind = signature.bind
+
+        def called(values: Sequence[Any]) -> tuple[Any, ...] | Waiting:
+            try:
+                result = function(*bind(values))
+            except CommandError as problem:
+                if self._stops_at(problem):
+                    raise  # here: a frame that holds its exception waits for the garbage collector
+                return self._going_on(full_name, signature, problem)
+            if result.__class__ is GeneratorType:
+                return self._waiting(full_name, signature, result)
+            return _as_tuple(result)
+
+        return called
 
     def _waiting(self, full_name: str, signature: Signature, steps: Any) -> Waiting:
         taken: Generator[None, None, Any] = steps
@@ -155,7 +169,7 @@ class Namespaces:
             self._say_once(f"{full_name}: {problem}", about=f"{full_name} in script {self._script.handle}")
         return _as_tuple(answer)
 
-    def _without(self, space: str, name: str, values: list[Any]) -> tuple[Any, ...]:
+    def _without(self, space: str, name: str, values: Sequence[Any]) -> tuple[Any, ...]:
         """Read a constant of a name that does not exist, which is nil in V-REP. Raises CommandError: a function."""
         if not values and _CONSTANT.fullmatch(name):
             self._say_once(f"{space}.{name} is no constant of V-REP: a script reads nil there")
@@ -175,6 +189,6 @@ def _missing_plugin(name: str) -> str:
 
 
 def _as_tuple(result: Plain) -> tuple[Any, ...]:
-    if result is None:
-        return ()
-    return result if isinstance(result, tuple) else (result,)
+    if isinstance(result, tuple):
+        return result
+    return () if result is None else (result,)

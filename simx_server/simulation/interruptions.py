@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 
@@ -36,6 +38,9 @@ class Interruptions:
     answer for them.
     """
 
+    edited: float = 0.0
+    """Processor seconds of `unasked_edit` so far; see there."""
+
     physics_point: Callable[[], object] | None = None
     """As `script_point`, between pieces of a simulation step's physics, which then have a fixed length."""
 
@@ -46,6 +51,17 @@ class Interruptions:
     def count(self, script_point: Callable[[], object], physics_point: Callable[[], object] | None) -> None:
         """Have the points counted at which something may be done for other clients."""
         self.script_point, self.physics_point = script_point, physics_point
+
+    @contextmanager
+    def unasked_edit(self) -> Generator[None]:
+        """Edit the scene within a call for another purpose. A script has no more to answer for the time than for that
+        of an edit that it asks for.
+        """
+        began = time.thread_time()
+        try:
+            yield
+        finally:
+            self.edited += time.thread_time() - began
 
     def may_go_on(self) -> bool:
         """Serve others; return whether a long computation may continue."""

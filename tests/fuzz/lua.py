@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import random
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from simx_server.errors import CommandError
@@ -90,6 +90,12 @@ class _Victim:
                 return (2**80, bytearray(b"x"), [object()])
             case _:
                 raise CommandError("refused")
+
+    def function(self, name: str) -> Callable[[Sequence[Any]], tuple[Any, ...]]:
+        return lambda values: self.invoke(name, list(values))
+
+    def count_calls(self, count: int) -> None:
+        pass
 
     def module(self, name: str) -> bytes | None:
         if name == "broken" or "\0" in name:

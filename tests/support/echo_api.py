@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from simx_server.errors import CommandError
@@ -16,7 +17,7 @@ class EchoApi:
     def __init__(self) -> None:
         self.printed: list[str] = []
         self.switching = Switching()
-        self.served = 0
+        self.served = self.calculated = 0
 
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
         if name == "sim.break_down":
@@ -24,6 +25,12 @@ class EchoApi:
         if name == "sim.pause":
             return self._pause(arguments[0])
         raise CommandError("is not provided" if name != "sim.refuse" else "no object with handle 7")
+
+    def function(self, name: str) -> Callable[[Sequence[Any]], tuple[Any, ...] | Waiting]:
+        return lambda values: self.invoke(name, list(values))
+
+    def count_calls(self, count: int) -> None:
+        self.calculated += count
 
     def _pause(self, count: int) -> Waiting:
         for _ in range(count):

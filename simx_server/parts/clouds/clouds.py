@@ -235,12 +235,13 @@ class PointClouds(Part):
             return
         present = sorted(self._changed & self._sim.scene.objects.keys())
         self._changed.clear()
-        wanted = {handle: self._shown(handle) for handle in present}
-        try:
-            show(self._sim, wanted)
-        except CommandError:  # points so far away that their marks have no size, for example
-            for handle, shown in wanted.items():
-                self._show_alone(handle, shown)
+        with self._sim.interruptions.unasked_edit():
+            wanted = {handle: self._shown(handle) for handle in present}
+            try:
+                show(self._sim, wanted)
+            except CommandError:  # points so far away that their marks have no size, for example
+                for handle, shown in wanted.items():
+                    self._show_alone(handle, shown)
 
     def _show_alone(self, handle: int, shown: Shown) -> None:
         try:

@@ -153,7 +153,8 @@ def _compile_anew(sim: LiveScene, name: str) -> None:
     def surgery(spec: mujoco.MjSpec) -> None:
         spec.body(name).simple = 0
 
-    edit(sim, surgery, set())
+    with sim.interruptions.unasked_edit():
+        edit(sim, surgery, set())
 
 
 def _unit(pose: Pose) -> Pose:

@@ -167,9 +167,6 @@ _TABLES = {list, dict}
 _REALS = {int, float}
 
 
-_FEW = 64
-"""Items of a list up to which each is converted alone."""
-
 _SCALARS: dict[Any, Callable[[Any], Any]] = {
     int: to_int,
     float: to_float,
@@ -182,12 +179,17 @@ _SCALARS: dict[Any, Callable[[Any], Any]] = {
 }
 
 
+_EACH_A_FLOAT = repeat(float)
+
+
 def _all_ints(items: list[Any]) -> list[Any] | None:
     is_plain = set(map(type, items)) == {int} and min(items) >= -0x8000_0000 and max(items) <= 0x7FFF_FFFF
     return items.copy() if is_plain else None
 
 
 def _all_floats(items: list[Any]) -> list[Any] | None:
+    if all(map(isinstance, items, _EACH_A_FLOAT)) and math.isfinite(sum(items)):  # by far the most frequent
+        return items.copy()
     if not set(map(type, items)) <= {int, float}:
         return None
     try:
@@ -209,11 +211,13 @@ def to_list(item: Callable[[Any], Any], *, with_nil: bool = False) -> Callable[[
     all_at_once = _ALL.get(item)
 
     def convert(value: Plain) -> list[Any]:
-        if isinstance(value, (list, dict)) and len(value) > most:
+        if value.__class__ is not list:
+            if isinstance(value, dict) and len(value) > most:
+                raise TypeError(f"a table of at most {most} values")
+            value = value if isinstance(value, list) else _list_part(value, with_nil=with_nil)
+        if len(value) > most:
             raise TypeError(f"a table of at most {most} values")
-        if not isinstance(value, list):
-            value = _list_part(value, with_nil=with_nil)
-        if len(value) > _FEW and all_at_once is not None and (converted := all_at_once(value)) is not None:
+        if all_at_once is not None and (converted := all_at_once(value)) is not None:
             return converted
         items: list[Any] = []
         for index, element in enumerate(value, 1):

@@ -37,6 +37,7 @@ from simx_server.scripting.interpreter import (
 from simx_server.scripting.modules import own_modules
 from simx_server.scripting.modules.absent import no_such_plugin
 
+from .crossing.flat import flat
 from .prepared import chunks, load_lupa, names, new_runtime
 from .sources import too_much
 from .turns import may_make_coroutines, with_turns
@@ -80,8 +81,13 @@ _MIXED: Final = ord("m")
 _PACKED: Final = 200
 """Numbers in a piece of a list that leaves Lua, as in `values.lua`."""
 
+_PHASES: Final = {name: name.encode() for name in PHASES}
+
 _NUMBER: Final = 8
 """Bytes of a number of Lua."""
+
+_FEW_FLOATS = {_NUMBER * count: struct.Struct(f"={count}d").unpack for count in range(_PACKED + 1)}
+"""What unpacks short lists of floats, by the bytes of the list: in half the time of an array."""
 
 _LONGEST_LINE = 100_000
 """Maximum bytes of a printed line, and of an error's text."""
@@ -94,10 +100,6 @@ _TURN_TIME = 0.2e-6
 """Seconds that an iteration of a loop counts as towards `Switching.seconds`; a short one takes half of that."""
 
 
-_MOST_NAMES = 1000
-"""Maximum number of names of functions that are kept as text."""
-
-
 class LuaInterpreter:
     """The state of one running script; see `interpreter.Interpreter`."""
 
@@ -108,13 +110,12 @@ class LuaInterpreter:
         self._depth = 0
         self._has_ended = False
         self._deadline: float | None = None
-        """When the thread's processor time ends the call; set at the first check, since reading that clock is slow."""
+        """When the thread's processor time ends the call; set at the first check, as the two below, since reading
+        clocks takes as long as a short call.
+        """
         self._serve_next = 0.0
         self._end_by = 0.0
         self._waiting: dict[int, Waiting] = {}
-        self._names: dict[bytes, str] = {}
-        """Names of functions that the script has called."""
-
         self._spaces = {space.encode(): members for space, members in api.namespaces().items()}
         self._has_coroutines = False
         """Whether the script may run as a coroutine, so that its loops are counted."""
@@ -133,7 +134,7 @@ class LuaInterpreter:
         guard = known[b"load"](compiled[b"sandbox"], b"=sandbox", b"b")
         face = guard(
             self._sealed(self._late, True),
-            self._invoke,
+            self._sealed(self._function, None),
             self._proceed,
             self._sealed(self._print, None),
             self._sealed(self._module, _FAILED),
@@ -149,6 +150,7 @@ class LuaInterpreter:
             self._to_lua(dict(OLD_SPACES)),
             self._runtime.table_from(compiled),
             self._sealed(self._given_list, None),
+            self._sealed(api.count_calls, None),
         )
         collect(b"restart")
         collect(b"step", -int(collect(b"count")))  # the next collection comes when that has doubled
@@ -189,9 +191,8 @@ class LuaInterpreter:
         """Call a function as `call` does if it exists; return None if not. Its name has no dots."""
         if function in self.lacking and not self._depth:
             return None
-        if not arguments:
-            return self._enter(b"attempt", function.encode())
-        return self._enter(b"attempt", function.encode(), *map(self._to_lua, arguments))
+        name = _PHASES.get(function) or function.encode()
+        return self._enter(b"attempt", name, *map(self._to_lua, arguments))
 
     def evaluate(self, source: bytes) -> list[Any]:
         """Execute a piece of Lua among the script's globals, and return its results."""
@@ -226,8 +227,6 @@ class LuaInterpreter:
             self._deadline = None
             switching = self._api.switching
             switching.spent = switching.edited = switching.called = 0.0
-            now = time.monotonic()
-            self._serve_next, self._end_by = now + TIMEOUT, now + ENDING_LIMIT
         self._depth += 1
         try:
             answer: tuple[Any, ...] | bool | None = self._face[action](*arguments)
@@ -274,6 +273,8 @@ class LuaInterpreter:
             return True
         if self._deadline is None:
             self._deadline = time.thread_time() + self._time_limit - self._api.switching.spent
+            now = time.monotonic()
+            self._serve_next, self._end_by = now + TIMEOUT, now + ENDING_LIMIT
         if time.monotonic() > self._serve_next:
             before = time.thread_time()
             self._api.serve_others()
@@ -319,22 +320,23 @@ class LuaInterpreter:
             return False, f"require '{_text(name)}': {missing}".encode("utf-8", "replace")
         return True, source
 
-    def _given(self, kinds: bytes | None, values: tuple[Any, ...]) -> list[Any]:
+    def _given(self, kinds: bytes, values: tuple[Any, ...]) -> list[Any]:
         """Return the arguments of a call.
 
         Args:
             kinds: a letter for each value: `_ALONE`, or a kind of list of numbers that `values.lua` has packed in a
-                string: ``d`` of floats, ``j`` of integers, ``m`` of both. None: all are alone.
+                string: ``d`` of floats, ``j`` of integers, ``m`` of both.
             values: from Lua.
         """
-        if kinds is None:
-            return (
-                list(values) if _SIMPLE.issuperset(map(type, values)) else list(map(self._from_lua, values))
-            )
-        return [
-            self._from_lua(value) if kind == _ALONE else self._numbers(kind, value)
-            for kind, value in zip(kinds, values, strict=True)
-        ]
+        found: list[Any] = []
+        for kind, value in zip(kinds, values):  # noqa: B905  # as many; `strict` takes as long as all of this
+            if kind == _ALONE:
+                found.append(value if value.__class__ in _SIMPLE else self._from_lua(value))
+            elif kind == _FLOATS and (unpack := _FEW_FLOATS.get(len(value))) is not None:
+                found.append(list(unpack(value)))
+            else:
+                found.append(self._numbers(kind, value))
+        return found
 
     def _given_list(self, kind: bytes, data: bytes) -> list[int | float]:
         """Return a list within a table, which Lua has packed; Lua passes it on as it is."""
@@ -359,27 +361,41 @@ class LuaInterpreter:
             found += piece
         return found
 
-    def _invoke(self, level: int, name: bytes, kinds: bytes | None = None, *values: Any) -> tuple[Any, ...]:
-        """Run one function of the API and return ``(status, ...)`` as `sandbox.lua` defines it; never raise an
-        exception. `kinds` and `values`: its arguments, see `_given`.
+    def _function(self, name: bytes) -> Callable[..., tuple[Any, ...]]:
+        """Return a function of the API as Lua calls it, with the level of the coroutine (see `sandbox.lua`), the kinds
+        of the arguments (see `_given`; None: all are values of `_SIMPLE`) and the arguments.
 
-        Lua's ``pcall`` would pass an exception to the script as an object, and the log would not show it.
+        Its results are ``(status, ...)`` as `sandbox.lua` defines it. It never raises an exception: Lua's ``pcall``
+        would pass it to the script as an object, and the log would not show it.
         """
-        function = self._names.get(name) or _text(name)
-        try:
-            results = self._api.invoke(function, self._given(kinds, values))
-            if len(self._names) < _MOST_NAMES:
-                self._names[name] = function
-            if results.__class__ is not tuple:
-                if not level:
-                    raise CommandError(NOT_IN_A_THREAD)
-                token = next(self._tokens)
-                self._waiting[token] = cast("Waiting", results)
-                return self._advance(token)
-            is_over = level > 0 and self._api.switching.gives_way(_CALL_TIME)
-            return (b"switch" if is_over and level == 1 else True, *map(self._to_lua, results))
-        except BaseException as problem:
-            return self._refusal(function, problem)
+        full_name = _text(name)
+        run, given, to_lua, switching = (
+            self._api.function(full_name),
+            self._given,
+            self._to_lua,
+            self._api.switching,
+        )
+
+        def called(level: int, kinds: bytes | None, *values: Any) -> tuple[Any, ...]:
+            try:
+                results = run(values if kinds is None else given(kinds, values))
+                if results.__class__ is not tuple:
+                    return self._started(level, cast("Waiting", results))
+                if level and switching.gives_way(_CALL_TIME) and level == 1:
+                    return b"switch", *map(to_lua, results)
+                return flat(results, to_lua)
+            except BaseException as problem:
+                return self._refusal(full_name, problem)
+
+        return called
+
+    def _started(self, level: int, waiting: Waiting) -> tuple[Any, ...]:
+        """Advance a function that waits for the first time."""
+        if not level:
+            raise CommandError(NOT_IN_A_THREAD)
+        token = next(self._tokens)
+        self._waiting[token] = waiting
+        return self._advance(token)
 
     def _proceed(self, token: int) -> tuple[Any, ...]:
         try:

@@ -17,8 +17,8 @@ from typing import Any, cast
 from simx_client.protocol.cli.installing import package_line
 from simx_server.scripting.interpreter import Constant, ScriptError
 
-_CHUNKS = {file.stem: file.read_bytes() for file in Path(__file__).parent.glob("*.lua")}
-"""The Lua files in this folder: ``sandbox`` is called first, and calls the others."""
+_CHUNKS = {file.stem: file.read_bytes() for file in Path(__file__).parent.rglob("*.lua")}
+"""The Lua files in this folder and below: ``sandbox`` is called first, and calls the others."""
 
 
 def load_lupa() -> Any:
@@ -53,7 +53,7 @@ def new_runtime(memory_limit: int = 0) -> Any:
 
 @cache
 def chunks() -> Mapping[bytes, bytes]:
-    """Return the compiled Lua files of this folder by name."""
+    """Return the compiled Lua files by name."""
     return {name.encode(): _compiled(text, b"=sandbox") for name, text in _CHUNKS.items()}
 
 

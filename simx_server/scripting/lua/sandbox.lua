@@ -18,11 +18,11 @@
 -- Threads: `depth` counts nested calls from Python, `level` the coroutines: 0 outside of any, 1 in one that
 -- was resumed from there (the server's thread among them), more in a script's coroutine within a coroutine. A
 -- coroutine that switched within a loop (`turns.py`) yields `SWITCH`, which only `resume` sees. The first
--- result of a function of the API is its status: true, false (an error), `switch` (done, but switch to others
--- first) or `wait` (call again after the next resumption).
+-- result of a function of the API is its status: true, the shape of flat results (`crossing/flat.py`), false (an
+-- error), `switch` (done, but switch to others first) or `wait` (call again after the next resumption).
 
-local late, invoke, proceed, output, module, with_turns, is_tired, refuse, phases, tell_lacking, max_depth, spaces,
-    find_member, all_members, old_spaces, parts, to_python = ...
+local late, function_of, proceed, output, module, with_turns, is_tired, refuse, phases, tell_lacking, max_depth, spaces,
+    find_member, all_members, old_spaces, parts, to_python, count_calls = ...
 
 -- A script cannot read the metatable of a Python object, should one get out.
 debug.getmetatable(late).__metatable = false
@@ -33,6 +33,7 @@ local error, pcall, type, select, tostring, load, next = error, pcall, type, sel
 local rawget, rawlen, rawset, setmetatable, pairs = rawget, rawlen, rawset, setmetatable, pairs
 local pack, unpack, find, gmatch, gsub, match, lower, rawequal = table.pack, table.unpack, string.find, string.gmatch,
     string.gsub, string.match, string.lower, rawequal
+local mathtype = math.type
 local getinfo, upvaluename, join = debug.getinfo, debug.getupvalue, debug.upvaluejoin
 
 local depth, level, report, enter = 0, 0, nil, nil
@@ -44,10 +45,12 @@ local where, look, begin, arm, disarm =
     watching.where, watching.look, watching.begin, watching.arm, watching.disarm
 
 local values = part("values")(where, max_depth, to_python)
-local plain_all, leaving = values.plain_all, values.leaving
+local plain_all, leaving, builders = values.plain_all, values.leaving, values.builders
 
 local function finish(status, ...)
     if status == true then return ... end
+    local build = builders[status]
+    if build then return build(...) end
     if status == "switch" then
         yield()
         return ...
@@ -61,9 +64,36 @@ end
 
 local replace_string                                            -- see `values.lua`
 
+-- Functions that Lua calculates itself outside of coroutines, where the time of calls does not count. Python is told
+-- of these calls before the next one of its own, and before the script returns: recordings count all calls.
+local arithmetic, untold = part("arithmetic")(), 0
+
+local function tell_calls()
+    local count = untold
+    untold = 0
+    count_calls(count)
+end
+
+-- A function of the API: Python's is made at the first call. Most arguments are one or two numbers.
 local function bind(bound_name)
+    local action
     local function call(...)
-        return finish(invoke(isyieldable() and level or 0, bound_name, leaving(...)))
+        if untold > 0 then tell_calls() end
+        if not action then action = function_of(bound_name) end
+        local at, count, first, second = level > 0 and isyieldable() and level or 0, select("#", ...), ...
+        if count == 0 or mathtype(first) and (count == 1 or count == 2 and mathtype(second)) then
+            return finish(action(at, nil, ...))
+        end
+        return finish(action(at, leaving(...)))
+    end
+    local calculate = arithmetic[bound_name]
+    if calculate then
+        return function(...)
+            local found = level == 0 and calculate(...)
+            if not found then return call(...) end
+            untold = untold + 1
+            return found
+        end
     end
     if bound_name ~= "sim.transformImage" then return call end
     return function(image, ...)
@@ -232,7 +262,7 @@ for i = 1, #spaces do
             if found ~= nil then return found end
             found = space == "sim" and of_simulator(name, "sim")
             if found then return found end
-            return finish(invoke(0, space .. "." .. tostring(name)))
+            return finish(function_of(space .. "." .. tostring(name))(0, nil))
         end,
         __pairs = complete_pairs,
         __metatable = false,
@@ -328,6 +358,10 @@ end
 -- Functions that the script's functions called from outside are to call before or after themselves, by name.
 local hooks = {}
 
+-- The call-backs of simulation steps as they were at the last look at them; false: unknown.
+local seen = {}
+for i = 1, #phases do seen[i] = false end
+
 local function hooked(name, action)
     local mine = hooks[name]
     if not mine then return action end
@@ -347,6 +381,7 @@ if world.sim and member(world.sim, "registerScriptFuncHook") then
         hooks[tostring(name)] = mine
         local list = is_before and mine.before or mine.after
         list[#list + 1] = action
+        for i = 1, #phases do seen[i] = false end
         return #list
     end
 end
@@ -372,10 +407,15 @@ end
 local lacking = 0
 
 local function look_for_phases()
+    local is_known = true
+    for i = 1, #phases do
+        local action = rawget(world, phases[i])
+        if not rawequal(action, seen[i]) then seen[i], is_known = action, false end
+    end
+    if is_known then return end
     local found = 0
     for i = 1, #phases do
-        local name = phases[i]
-        if type(rawget(world, name)) ~= "function" and not hooks[name] then found = found | 1 << (i - 1) end
+        if type(seen[i]) ~= "function" and not hooks[phases[i]] then found = found | 1 << (i - 1) end
     end
     if found ~= lacking then
         lacking = found
@@ -384,6 +424,7 @@ local function look_for_phases()
 end
 
 function report(ok, ...)
+    if untold > 0 then tell_calls() end
     depth = depth - 1
     if depth == 0 then
         disarm()

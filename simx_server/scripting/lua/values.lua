@@ -1,4 +1,4 @@
--- Values that leave a script for the server, and strings that the server changes in place.
+-- Values that leave a script for the server, results that enter it, and strings that the server changes in place.
 --
 -- Python needs 0.3 us for an item of a table. So lists of numbers leave packed in a string, which takes a tenth.
 --
@@ -9,8 +9,9 @@ local where, max_depth, to_python = ...
 
 local getinfo, getlocal, setlocal, getupvalue, setupvalue = debug.getinfo, debug.getlocal, debug.setlocal,
     debug.getupvalue, debug.setupvalue
-local error, format, find, type, next, select, mathtype, rawequal = error, string.format, string.find, type, next,
-    select, math.type, rawequal
+local error, format, find, type, next, select, mathtype, rawequal, load = error, string.format, string.find,
+    type, next, select, math.type, rawequal, load
+local gmatch, tonumber, setmetatable = string.gmatch, tonumber, setmetatable
 local pack, rep, packed, unpack, concat = string.pack, string.rep, table.pack, table.unpack, table.concat
 
 -- The kind of a table that is a list of numbers and that Lua has in their order, and its length; nil for any other,
@@ -19,14 +20,19 @@ local pack, rep, packed, unpack, concat = string.pack, string.rep, table.pack, t
 local ALONE <const>, FLOATS <const>, INTEGERS <const>, MIXED <const>, LONGEST <const> = "-", "d", "j", "m", 300000
 
 local function kind_of(list)
-    local count, floats = 0, 0
+    local _, first = next(list)
+    local kind, count, is_mixed = mathtype(first), 0, false
+    if first ~= nil and kind == nil then return nil end
     for key, item in next, list do
-        local kind = mathtype(item)
         count = count + 1
-        if key ~= count or kind == nil or count > LONGEST then return nil end
-        if kind == "float" then floats = floats + 1 end
+        local other = mathtype(item)
+        if key ~= count or other ~= kind then
+            if key ~= count or other == nil or count > LONGEST then return nil end
+            is_mixed = true
+        end
     end
-    return floats == count and FLOATS or floats == 0 and INTEGERS or MIXED, count
+    if count > LONGEST then return nil end
+    return is_mixed and MIXED or kind == "integer" and INTEGERS or FLOATS, count
 end
 
 local PIECE <const> = 200                                       -- numbers that fit on Lua's stack at any time
@@ -41,6 +47,9 @@ local formats = {
     end }),
 }
 
+local FEW <const>, few_floats = 16, {}                          -- most lists: positions and matrices
+for count = 0, FEW do few_floats[count] = rep(FLOATS, count) end
+
 -- A format of a piece of a mixed list.
 local function letters(list, first, last)
     local found = {}
@@ -50,6 +59,7 @@ end
 
 -- A list as a string: its numbers, and before those of a piece of a mixed list their format.
 local function as_string(list, kind, count)
+    if kind == FLOATS and count <= FEW then return pack(few_floats[count], unpack(list, 1, count)) end
     if count <= PIECE and kind ~= MIXED then return pack(formats[kind][count], unpack(list, 1, count)) end
     local pieces = {}
     for first = 1, count, PIECE do
@@ -106,31 +116,72 @@ local function plain_all(...)
     return ...
 end
 
--- Before the values the kinds of all, one letter for each.
-local function with_lists(...)
-    local values, kinds = packed(...), {}
-    for i = 1, values.n do
-        local value, kind, count = values[i], nil, nil
-        if type(value) == "table" then kind, count = kind_of(value) end
-        if kind then
-            values[i] = as_string(value, kind, count)
-        else
-            values[i] = checked(value, 1)
-        end
-        kinds[i] = kind or ALONE
+-- An argument as it leaves, after its kind.
+local function with_kind(value)
+    if type(value) == "table" then
+        local kind, count = kind_of(value)
+        if kind then return kind, as_string(value, kind, count) end
     end
-    return concat(kinds), unpack(values, 1, values.n)
+    return ALONE, checked(value, 1)
 end
 
--- The arguments of a function of the API, and before them their kinds; nil where no argument is a table.
+-- Before the values the kinds of all, one letter for each.
+local function with_lists(...)
+    local count, first, second, third = select("#", ...), ...
+    if count <= 3 then                                          -- of most calls, without a table of the values
+        local kinds, kind
+        kinds, first = with_kind(first)
+        if count == 1 then return kinds, first end
+        kind, second = with_kind(second)
+        kinds = kinds .. kind
+        if count == 2 then return kinds, first, second end
+        kind, third = with_kind(third)
+        return kinds .. kind, first, second, third
+    end
+    local values, kinds = packed(...), {}
+    for i = 1, count do kinds[i], values[i] = with_kind(values[i]) end
+    return concat(kinds), unpack(values, 1, count)
+end
+
+local simple = { ["nil"] = true, boolean = true, number = true, string = true }
+
+-- The arguments of a function of the API, and before them their kinds; nil where all are simple values.
 local function leaving(...)
     for i = 1, select("#", ...) do
-        local value = select(i, ...)
-        if type(value) == "table" then return with_lists(...) end
-        if mathtype(value) == nil then checked(value, 1) end
+        if not simple[type((select(i, ...)))] then return with_lists(...) end
     end
     return nil, ...
 end
+
+-- Functions that make results from flat ones, by shape; see `crossing/flat.py`. A table gets places up to a power of
+-- two, as one that was filled item by item.
+local function builder(shape)
+    local names, results, count = {}, {}, 0
+    for part in gmatch(shape, "[^,]+") do
+        local length, items = tonumber(part) or 1, {}
+        for i = 1, length do
+            count = count + 1
+            items[i], names[count] = "v" .. count, "v" .. count
+        end
+        if part ~= ALONE then
+            local places = 1
+            while places < length do places = places * 2 end
+            for i = length + 1, length > 0 and places or 0 do items[i] = "nil" end
+            items = { "{" .. concat(items, ",") .. "}" }
+        end
+        results[#results + 1] = items[1]
+    end
+    local made = "return function(" .. concat(names, ",") .. ") return " .. concat(results, ",") .. " end"
+    return load(made, "=sandbox", "t", {})()
+end
+
+local builders = setmetatable({ [true] = false, [false] = false, switch = false, wait = false }, {
+    __index = function(known, shape)
+        local build = builder(shape)
+        known[shape] = build
+        return build
+    end,
+})
 
 -- CoppeliaSim's Lua shares the buffers of images, so programs do not use the result of a function that changes one.
 -- Strings of Lua cannot change; the variables that hold the given string get the new one: locals of the calling
@@ -163,4 +214,4 @@ local function replacing(world)
     end
 end
 
-return { plain_all = plain_all, leaving = leaving, replacing = replacing }
+return { plain_all = plain_all, leaving = leaving, builders = builders, replacing = replacing }

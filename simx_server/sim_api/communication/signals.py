@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from simx_server.errors import CommandError
 from simx_server.sim_api.base import ApiPart
-from simx_server.sim_api.effects import reads
+from simx_server.sim_api.effects import no_edit, reads
 
 
 class SignalFunctions(ApiPart, effect="changes"):
     """Functions for integer, float and string signals. Clients see the same ones."""
 
+    @no_edit
     def setIntegerSignal(self, name: str, value: int) -> int:
         if name:
             self._world.signals.set_integer(name, value, self._signal_owner)
@@ -22,6 +23,7 @@ class SignalFunctions(ApiPart, effect="changes"):
     def getIntegerSignal(self, name: str) -> int | None:
         return self._world.signals.get_integer(name)
 
+    @no_edit
     def clearIntegerSignal(self, name: str | None = None) -> int:
         """Clear a signal; nil or '' clears all of this type. The functions of the other types do the same."""
         self._world.signals.clear_integer(name or "")
@@ -31,6 +33,7 @@ class SignalFunctions(ApiPart, effect="changes"):
     getInt32Signal = getIntegerSignal
     clearInt32Signal = clearIntegerSignal
 
+    @no_edit
     def setFloatSignal(self, name: str, value: float) -> int:
         if name:
             self._world.signals.set_float(name, value, self._signal_owner)
@@ -40,10 +43,12 @@ class SignalFunctions(ApiPart, effect="changes"):
     def getFloatSignal(self, name: str) -> float | None:
         return self._world.signals.get_float(name)
 
+    @no_edit
     def clearFloatSignal(self, name: str | None = None) -> int:
         self._world.signals.clear_float(name or "")
         return 1
 
+    @no_edit
     def setStringSignal(self, name: str, value: bytes) -> int:
         if name:
             self._world.signals.set_string(name, value, self._signal_owner)
@@ -53,12 +58,14 @@ class SignalFunctions(ApiPart, effect="changes"):
     def getStringSignal(self, name: str) -> bytes | None:
         return self._world.signals.get_string(name)
 
+    @no_edit
     def clearStringSignal(self, name: str | None = None) -> int:
         self._world.signals.clear_string(name or "")
         return 1
 
     # There is one kind of float here: doubles share the names of the floats, at full precision.
 
+    @no_edit
     def setDoubleSignal(self, name: str, value: float) -> int:
         """Set a float signal. Partly: a float signal of this name is the same signal."""
         return self.setFloatSignal(name, value)
@@ -68,6 +75,7 @@ class SignalFunctions(ApiPart, effect="changes"):
         """Return a float signal. Partly: a float signal of this name is the same signal."""
         return self.getFloatSignal(name)
 
+    @no_edit
     def clearDoubleSignal(self, name: str | None = None) -> int:
         """Clear a float signal. Partly: a float signal of this name is the same signal."""
         return self.clearFloatSignal(name)

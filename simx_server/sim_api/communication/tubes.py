@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from simx_server.scripting.interpreter import Waiting
 from simx_server.sim_api.base import ApiPart
-from simx_server.sim_api.effects import reads
+from simx_server.sim_api.effects import no_edit, reads
 
 
 class TubeFunctions(ApiPart, effect="changes"):
@@ -18,11 +18,13 @@ class TubeFunctions(ApiPart, effect="changes"):
         self._world.tubes.close(tube)
         return 1
 
+    @no_edit
     def tubeWrite(self, tube: int, data: bytes) -> int:
         """Write a packet; packets written before the other end is open are stored for it."""
         self._world.tubes.write(tube, data)
         return 1
 
+    @no_edit
     def tubeRead(self, tube: int, blocking: bool = False) -> bytes | Waiting | None:
         """Return the oldest packet that has arrived, nil when there is none; blocking waits for one, in a thread."""
         return self._wait_for_packet(tube) if blocking else self._world.tubes.read(tube)

@@ -10,6 +10,7 @@ from simx_server.errors import CommandError
 from simx_server.parts.drawing import Color
 from simx_server.scripting.interpreter import Constant
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import no_edit
 
 _ADD_MULTIPLE, _SET_MULTIPLE = 0x1000000, 0x400000
 """sim.handleflag_addmultiple and sim.handleflag_setmultiple."""
@@ -72,6 +73,7 @@ class DrawingFunctions(ApiPart, effect="changes"):
             outlives_run=not self._script.is_of_run or bool(kind & _PERSISTENT),
         )
 
+    @no_edit
     def addDrawingObjectItem(self, handle: int, item: list[float] | None) -> int:
         """Add an item and return 1, or 0 when the object is full or has such an item; nil removes all items.
 

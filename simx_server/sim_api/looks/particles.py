@@ -8,6 +8,7 @@ from simx_client.protocol import constants as c
 from simx_server.errors import CommandError
 from simx_server.parts.particles import MOST, ParticleObject
 from simx_server.sim_api.base import ApiPart
+from simx_server.sim_api.effects import no_edit
 
 _FIRST_PARAMETERS = 100
 """Most numbers of parameters."""
@@ -55,6 +56,7 @@ class ParticleFunctions(ApiPart, effect="changes"):
             self._say_once("particles push nothing here: those that push shapes in V-REP fly through them")
         return handle
 
+    @no_edit
     def addParticleObjectItem(self, handle: int, item: list[float] | None = None) -> int:
         """Add a particle: start, a point a second later, and what its kind says; nil removes all. Return 1, or 0 if the
         object is full.

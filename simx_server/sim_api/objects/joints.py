@@ -15,7 +15,7 @@ from simx_server.kinematics.whole_turns import alternatives
 from simx_server.scene.objects import ObjectKind
 from simx_server.scripting.interpreter import Constant
 from simx_server.sim_api.base import ApiPart
-from simx_server.sim_api.effects import reads
+from simx_server.sim_api.effects import no_edit, reads
 
 _HYBRID = 1
 """Bit 0 of the options of sim.setJointMode."""
@@ -40,6 +40,7 @@ class JointFunctions(ApiPart, effect="changes"):
         """Return the position; cyclic joints in -pi..pi. A spherical joint is an error."""
         return joints.get_joint_position(self._world, self._self(joint))
 
+    @no_edit
     def setJointPosition(self, joint: int, position: float) -> int:
         """Set the position immediately, within the limits; a controller drives it back."""
         joints.set_joint_position(self._world, self._self(joint), position)
@@ -50,6 +51,7 @@ class JointFunctions(ApiPart, effect="changes"):
         """Return the position to which the position controller drives the joint."""
         return self._sim.joints.target_position(self._self(joint))
 
+    @no_edit
     def setJointTargetPosition(self, joint: int, position: float, motion: list[float] | None = None) -> int:
         """Set the target position. `motion`: {velocity, acceleration, jerk}, the greatest ones from now on; 0 leaves
         one as it is.
@@ -66,6 +68,7 @@ class JointFunctions(ApiPart, effect="changes"):
         """Return the target velocity as last set, even if it has no effect."""
         return self._sim.joints.target_velocity(self._self(joint))
 
+    @no_edit
     def setJointTargetVelocity(self, joint: int, velocity: float, motion: list[float] | None = None) -> int:
         """Set the target velocity. `motion`: {acceleration, jerk}, the greatest ones from now on; 0 leaves one as it
         is.
@@ -95,6 +98,7 @@ class JointFunctions(ApiPart, effect="changes"):
 
     jointGetForce = getJointForce
 
+    @no_edit
     def setJointForce(self, joint: int, force: float) -> int:
         """Set the maximum force of the motor, as a magnitude."""
         joints.set_joint_force(self._world, self._self(joint), force)
@@ -102,6 +106,7 @@ class JointFunctions(ApiPart, effect="changes"):
 
     setJointMaxForce = setJointForce
 
+    @no_edit
     def setJointTargetForce(self, joint: int, force: float, signed: bool = True) -> int:
         """Set the maximum force. The target velocity takes its sign, and a joint in force control pushes in that
         direction. With `signed` False only the magnitude counts, and the target velocity gives the sign.

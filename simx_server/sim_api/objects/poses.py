@@ -16,7 +16,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses import frames, poses
 from simx_server.scene.poses.poses import Pose
 from simx_server.sim_api.base import ApiPart
-from simx_server.sim_api.effects import reads
+from simx_server.sim_api.effects import no_edit, reads
 from simx_server.sim_api.values.matrices import as_numbers, as_pose
 
 _WXYZ = 0x1000000
@@ -39,6 +39,7 @@ class PoseFunctions(ApiPart, effect="changes"):
     def getObjectPosition(self, handle: int, relative_to: int = -1) -> list[float]:
         return handlers.get_object_position(self._world, *self._both(handle, relative_to))
 
+    @no_edit
     def setObjectPosition(
         self, handle: int, relative_to: int | list[float], position: list[float] | int = -1
     ) -> int:
@@ -51,6 +52,7 @@ class PoseFunctions(ApiPart, effect="changes"):
         """Return Euler angles."""
         return handlers.get_object_orientation(self._world, *self._both(handle, relative_to))
 
+    @no_edit
     def setObjectOrientation(
         self, handle: int, relative_to: int | list[float], euler: list[float] | int = -1
     ) -> int:
@@ -63,6 +65,7 @@ class PoseFunctions(ApiPart, effect="changes"):
         quat = handlers.get_object_quaternion(self._world, *self._both(handle, relative_to))
         return _w_first(quat) if _is_w_first(handle) else quat
 
+    @no_edit
     def setObjectQuaternion(
         self, handle: int, relative_to: int | list[float], quaternion: list[float] | int = -1
     ) -> int:
@@ -78,6 +81,7 @@ class PoseFunctions(ApiPart, effect="changes"):
         numbers = as_numbers(self._pose(handle, relative_to))
         return [*numbers[:3], *_w_first(numbers[3:])] if _is_w_first(handle) else numbers
 
+    @no_edit
     def setObjectPose(self, handle: int, relative_to: int | list[float], pose: list[float] | int = -1) -> int:
         value, reference = _ordered(relative_to, pose, "a pose")
         if _is_w_first(handle):
@@ -89,6 +93,7 @@ class PoseFunctions(ApiPart, effect="changes"):
     def getObjectMatrix(self, handle: int, relative_to: int = -1) -> list[float]:
         return frames.matrix12(self._pose(handle, relative_to))
 
+    @no_edit
     def setObjectMatrix(
         self, handle: int, relative_to: int | list[float], matrix: list[float] | int = -1
     ) -> int:

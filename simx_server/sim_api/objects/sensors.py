@@ -13,7 +13,7 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.sensors.proximity.detection import Detection
 from simx_server.sensors.proximity.given import Items
 from simx_server.sim_api.base import ApiPart
-from simx_server.sim_api.effects import reads
+from simx_server.sim_api.effects import no_edit, reads
 
 Detected = tuple[int, float, list[float], int, list[float]]
 """1, distance, point and object, outward normal; point and normal in the sensor's frame."""
@@ -42,6 +42,7 @@ class SensorFunctions(ApiPart, effect="changes"):
             return self._without(_NOT_HANDLED)  # the handle is valid, so this is the only reason
         return self._results(found)
 
+    @no_edit
     def handleProximitySensor(self, sensor: int) -> Detected | int:
         """Compute a sensor now; with sim.handle_all or sim.handle_all_except_explicit return the nearest detection of
         all.
@@ -51,6 +52,7 @@ class SensorFunctions(ApiPart, effect="changes"):
         found = [self._world.proximity.handle(handle) for handle in self._proximity_sensors(sensor)]
         return self._results(min(filter(None, found), key=lambda each: math.hypot(*each.point), default=None))
 
+    @no_edit
     def resetProximitySensor(self, sensor: int) -> int:
         """Delete the detection until the next handling; also for sim.handle_all and sim.handle_all_except_explicit."""
         if sensor in (c.sim_handle_all, c.sim_handle_all_except_explicit):

@@ -246,3 +246,14 @@ def test_points_without_a_colour_have_that_of_the_cloud(world: ScriptWorld) -> N
     assert colors[:3].tolist() == [[255, 255, 255]] * 3
     assert colors[3].tolist() == [255, 51, 0]
     world.fails("sim.setObjectColor(p, 0, 0, {1})", "a colour is")
+
+
+def test_a_script_does_not_answer_for_the_mesh_of_a_cloud_that_a_sensor_needs(world: ScriptWorld) -> None:
+    world.lua("cloud = sim.createPointCloud(0.02, 20, 0, 3) sensor = sim.getObjectHandle('ray')")
+    world.lua("sim.handleProximitySensor(sensor)")
+    (script,) = world.parts.scripts.all()
+    assert script.switching.edited == 0.0
+    world.lua(
+        "sim.insertPointsIntoPointCloud(cloud, 0, {1, 2, 3, 4, 5, 6}) sim.handleProximitySensor(sensor)"
+    )
+    assert script.switching.spent >= script.switching.edited > 0.0

@@ -13,6 +13,8 @@ from sim_api_calls import ScriptWorld
 
 from simx_server.errors import CommandError
 from simx_server.scripting.script import Script, ScriptKind
+from simx_server.sim_api import NAMESPACES
+from simx_server.sim_api.effects import declares_no_edit
 from simx_server.sim_api.namespaces import Namespaces, signatures
 from simx_server.sim_api.vision.vision import VisionFunctions
 
@@ -74,3 +76,25 @@ def test_no_arguments_make_a_function_fail_inside(tmp_path: Path, seed: int) -> 
             result.close()
         if number % 20 == 0:
             world.parts.step()
+
+
+def test_functions_that_declare_no_edit_keep_the_model(tmp_path: Path) -> None:
+    """Except for an edit that they note: then the time of the script's call is counted in another way."""
+    chance = random.Random(0)
+    known = signatures("sim")
+    names = sorted(name for name in known if declares_no_edit(getattr(NAMESPACES["sim"], name)))
+    world = ScriptWorld(tmp_path)
+    script = Script(1, ScriptKind.CHILD, world.sim.scene.by_name("robot") or -1, "random.lua")
+    done, interruptions = set[str](), world.sim.interruptions
+    for number in range(CALLS):
+        name = names[number % len(names)]
+        values = [anything(chance, world) for _ in known[name].parameters]
+        model, noted = world.sim.model, interruptions.edited
+        try:
+            Namespaces(world.parts, script).invoke(f"sim.{name}", values)
+        except CommandError:
+            continue
+        finally:
+            assert world.sim.model is model or interruptions.edited > noted
+        done.add(name)
+    assert len(done) > len(names) / 2

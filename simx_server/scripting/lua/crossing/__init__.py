@@ -1,0 +1,1 @@
+"""Values that cross the border between Python and a script."""
