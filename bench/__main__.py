@@ -42,6 +42,7 @@ MEASUREMENTS = {
     "scenes": "bench.world.scenes",
     "sensors": "bench.world.sensors",
     "rays": "bench.world.rays",
+    "script_calls": "bench.world.script_calls",
     "view": "bench.load.view",
     "startup": "bench.load.startup",
     "scale": "bench.load.scale",
