@@ -16,6 +16,7 @@ import types
 import typing
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import repeat
 from typing import Annotated, Any, cast
 
 from simx_client.protocol.kinds import apply, to_int32
@@ -211,16 +212,18 @@ def to_list(item: Callable[[Any], Any], *, with_nil: bool = False) -> Callable[[
     all_at_once = _ALL.get(item)
 
     def convert(value: Plain) -> list[Any]:
-        if value.__class__ is not list:
-            if isinstance(value, dict) and len(value) > most:
-                raise TypeError(f"a table of at most {most} values")
-            value = value if isinstance(value, list) else _list_part(value, with_nil=with_nil)
-        if len(value) > most:
+        if isinstance(value, list):
+            given = value
+        elif isinstance(value, dict) and len(value) > most:
             raise TypeError(f"a table of at most {most} values")
-        if all_at_once is not None and (converted := all_at_once(value)) is not None:
+        else:
+            given = _list_part(value, with_nil=with_nil)
+        if len(given) > most:
+            raise TypeError(f"a table of at most {most} values")
+        if all_at_once is not None and (converted := all_at_once(given)) is not None:
             return converted
         items: list[Any] = []
-        for index, element in enumerate(value, 1):
+        for index, element in enumerate(given, 1):
             try:
                 items.append(None if with_nil and element is None else item(element))
             except TypeError as problem:

@@ -379,8 +379,8 @@ class LuaInterpreter:
         def called(level: int, kinds: bytes | None, *values: Any) -> tuple[Any, ...]:
             try:
                 results = run(values if kinds is None else given(kinds, values))
-                if results.__class__ is not tuple:
-                    return self._started(level, cast("Waiting", results))
+                if not isinstance(results, tuple):
+                    return self._started(level, results)
                 if level and switching.gives_way(_CALL_TIME) and level == 1:
                     return b"switch", *map(to_lua, results)
                 return flat(results, to_lua)
