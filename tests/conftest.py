@@ -24,6 +24,7 @@ from simx_client.checking import regular as checked_functions
 from simx_client.checking import scene as checked_scene
 from simx_client.client.worlds import worker
 from simx_server.grading.attempt import attempt
+from simx_server.scene.formats.vrep.conversion.geometry.colliding import decomposition
 from simx_server.scene.trial import helper as trial_helper
 from simx_server.sensors.opengl import backend as opengl
 from simx_server.world import world as composition
@@ -251,6 +252,12 @@ def no_stage_is_missed(missed_stages: list[str]) -> Iterator[None]:
     found = missed_stages.copy()
     missed_stages.clear()
     assert not found
+
+
+@pytest.fixture
+def coarse_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Decompose the meshes of files as coarsely as those of very large files: the finest parts take seconds."""
+    monkeypatch.setattr(decomposition, "MOST_IN_FILE", 0)
 
 
 @pytest.fixture

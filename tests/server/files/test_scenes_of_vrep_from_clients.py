@@ -24,6 +24,7 @@ def client(tmp_path: Path) -> Iterator[int]:
 
 
 @needs_samples
+@pytest.mark.usefixtures("coarse_parts")
 def test_samples_of_a_client_pass_their_trials_and_run(client) -> None:
     for path in ALL:
         if path.suffix == ".ttt":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,12 +20,17 @@ ALL = sorted(path for path in FOLDER.rglob("*") if path.suffix in (".ttt", ".ttm
 
 needs_samples = pytest.mark.skipif(not ALL, reason="the sample files of V-REP are not here")
 
-each_sample = pytest.mark.parametrize(
+_one_by_one = pytest.mark.parametrize(
     "path",
     ALL or [pytest.param(None, marks=needs_samples)],
     ids=lambda path: path.stem if path else "none",
     scope="module",  # all tests of a file with one sample follow each other
 )
+
+
+def each_sample(test: Callable[..., None]) -> Callable[..., None]:
+    """Mark a test that takes the path of a sample; meshes are decomposed coarsely."""
+    return pytest.mark.usefixtures("coarse_parts")(_one_by_one(test))
 
 
 def sample(name: str) -> Path:
