@@ -18,7 +18,8 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
-from processes import PENDULUM, ROOT, read_line, running, wait_until
+from forked import Forked
+from processes import PENDULUM, finished, read_line, running, wait_until
 
 from simx_client import Client
 from simx_client.protocol.cli.exit_codes import INTERRUPTED
@@ -55,19 +56,10 @@ class Logged:
 
 @contextmanager
 def logged(log: Path, *command: object) -> Iterator[Logged]:
-    """A Python process whose stderr is a file."""
+    """A Python process whose stderr is a file. That of a page which a server starts is no fork."""
     with (
         log.open("w") as sink,
-        running(
-            subprocess.Popen(
-                [sys.executable, *map(str, command)],
-                stdout=subprocess.PIPE,
-                stderr=sink,
-                text=True,
-                cwd=ROOT,
-                bufsize=1,
-            )
-        ) as process,
+        running(Forked(command, stdout=subprocess.PIPE, stderr=sink)) as process,
     ):
         yield Logged(process, log)
 
@@ -153,9 +145,7 @@ def test_a_taken_port_fails_the_start_with_what_to_do() -> None:
             ("-m", "simx_server", "--port", "0", "--view", address),
             ("-m", "simx_server.viewer", "--at", address),
         ):
-            done = subprocess.run(
-                [sys.executable, *command], capture_output=True, text=True, timeout=60, cwd=ROOT
-            )
+            done = finished(*command)
             assert (done.returncode, done.stdout) == (1, "")
             (line,) = done.stderr.splitlines()
             assert f"no page at {address}: Address already in use; choose another port with --" in line
