@@ -317,6 +317,7 @@ def test_the_dearest_edit_of_each_scene_is_an_aim(monkeypatch: pytest.MonkeyPatc
 
 def test_bursts_of_edits_are_measured_with_their_compiles(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bursts, "BODIES", 60)
+    monkeypatch.setattr(bursts, "BURST", 10)
     found = bursts.measure(TINY)
     counts = [values[0] for what, values in found.grids[0].lines if what.endswith("compiles")]
     assert counts == len(bursts.BURSTS) * [1, bursts.BURST]

@@ -88,7 +88,8 @@ class Environment:
 
     def install(self, wheel: Path) -> None:
         """Install a wheel with pip, which refuses where a requirement is missing."""
-        options = ("--no-index", "--quiet", "--disable-pip-version-check")
+        # Python compiles what is used; pip would compile all.
+        options = ("--no-index", "--no-compile", "--quiet", "--disable-pip-version-check")
         pip = (sys.executable, "-m", "pip", "--python", self._python)
         done = self.run(*pip, "install", *options, wheel)
         assert done.returncode == 0, done.stderr
