@@ -175,8 +175,8 @@ class ClassPage:
 
     def _own_page(self, seat: Seat) -> Response:
         if self._editor is None:
-            return _document("seat.html")
-        return _document("editor.html", self._editor.header(seat))
+            return _seat_page("connect.html")
+        return _seat_page("editor.html", self._editor.header(seat))
 
     async def _page(self, _: Request) -> Response:
         return _document("class.html")
@@ -259,6 +259,12 @@ def _json(value: object) -> Response:
 
 def _document(name: str, *headers: tuple[str, str]) -> Response:
     return Response(HTTPStatus.OK, _read(name), KINDS[Path(name).suffix], headers)
+
+
+def _seat_page(main: str, *headers: tuple[str, str]) -> Response:
+    """Return the page of a seat with its main part, which has a file of its own."""
+    text = _read("seat.html").replace(b"<!-- main -->\n", _read(main))
+    return Response(HTTPStatus.OK, text, KINDS[".html"], headers)
 
 
 @cache
