@@ -5,7 +5,7 @@ One ``Marshal`` per command, made from the table: argument coercion, the key, th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from operator import itemgetter
 from typing import Any, cast
 
@@ -89,7 +89,7 @@ class Marshal:
         except TypeError as error:
             raise TypeError(f"{self.command.name}: operationMode {error}") from None
 
-    def key(self, arguments: list[Any]) -> Key:
+    def key(self, arguments: Sequence[Any]) -> Key:
         """Return the key, which makes two calls the same command: the function and its identifying arguments."""
         return self.command.name, self._identifying(arguments)
 
@@ -123,9 +123,9 @@ class Marshal:
         )
 
 
-def _picked(positions: tuple[int, ...]) -> Callable[[list[Any]], Any]:
+def _picked(positions: tuple[int, ...]) -> Callable[[Sequence[Any]], Any]:
     """Return a function that picks the items at these positions: none, one, or a tuple of several."""
-    return cast(Callable[[list[Any]], Any], itemgetter(*positions)) if positions else lambda _: None
+    return cast(Callable[[Sequence[Any]], Any], itemgetter(*positions)) if positions else lambda _: None
 
 
 def _image(kind: Kind, values: list[Any]) -> tuple[int, list[int], Any]:

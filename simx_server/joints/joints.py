@@ -36,18 +36,17 @@ class Joints(Machine):
         if (place := self._positions.get(handle)) is not None:
             return position_in(*place)
         binding, state = self._single(handle)
-        is_cyclic = _is_cyclic(binding, state)
         if binding.element == "joint":
-            numbers, position = memoryview(self._sim.data.qpos), (binding.qpos, state.offset, is_cyclic)
+            numbers, position = self._sim.data.qpos.data.cast("B").cast("d"), _position(binding, state)
             self._positions[handle] = numbers, position
             self.places_version += 1
             return position_in(numbers, position)
         value = self._raw_position(binding) + state.offset
-        return _wrapped(value) if is_cyclic else value
+        return _wrapped(value) if _is_cyclic(binding, state) else value
 
-    def copied_positions(self) -> memoryview:
+    def copied_positions(self) -> memoryview[float]:
         """Return a copy of `qpos`, for `known_places`."""
-        return memoryview(self._sim.data.qpos.copy())
+        return self._sim.data.qpos.copy().data.cast("B").cast("d")
 
     def known_places(self, handles: Iterable[int]) -> dict[int, Position]:
         """Return where the positions of these joints are, for `position_in`, as far as it is known.
@@ -458,6 +457,10 @@ class Joints(Machine):
         if state.motion is not None:
             state.motion = None
             self._apply(handle)
+
+
+def _position(binding: Binding, state: JointState) -> Position:
+    return binding.qpos, state.offset, _is_cyclic(binding, state)
 
 
 def position_in(numbers: memoryview[float], position: Position) -> float:

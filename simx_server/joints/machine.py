@@ -138,7 +138,7 @@ class Machine:
         self._measured = Measured(sim)
         self._watch = Watch(sim)
         self._kinematic: frozenset[int] = frozenset()
-        self._positions: dict[int, tuple[memoryview, Position]] = {}
+        self._positions: dict[int, tuple[memoryview[float], Position]] = {}
         """Joints whose position is a number of `qpos`, which the first item is; found when it is read."""
         self._targets: dict[int, Place] = {}
         """Joints whose target is a number of the position controllers; found when it is set."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.messages import STATUS_OK, Reply, of_fields
@@ -11,6 +11,8 @@ from simx_server.joints.joints import position_in
 
 if TYPE_CHECKING:
     from simx_client.protocol.commands import Command
+    from simx_server.service.answers.answers import Answer
+    from simx_server.service.answers.positions import Place
     from simx_server.service.answers.streams import NewestValues
     from simx_server.simulation.simulation import SimulationState
 
@@ -31,8 +33,10 @@ class Published:
         """Whether the client has read one of them."""
 
         self._numbers = values.numbers
-        self._places = {} if values.positions is None else values.positions.places
-        self._others = [(each, one.command, one.answer, one.time_ms) for each, one in values.of_streams()]
+        self._places: Mapping[int, Place] = {} if values.positions is None else values.positions.places
+        self._others: Sequence[tuple[int, Command, Answer, int]] = ()
+        if others := values.of_streams():
+            self._others = [(each, one.command, one.answer, one.time_ms) for each, one in others]
 
     def position(self, handle: int) -> tuple[int, float] | None:
         """Return the id of the stream of a joint's position, and the position; None if it has to be taken."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -89,7 +89,7 @@ class PositionControl:
     def target_of(self, handle: int) -> tuple[memoryview[float], int] | None:
         """Return where the target of a joint is: array and index; None if it has no controller here."""
         index = self._index.get(handle)
-        return None if index is None else (cast("memoryview[float]", self._target.data), index)
+        return None if index is None else (self._target.data.cast("B").cast("d"), index)
 
     def remember(self) -> PositionMemory:
         """Return a copy of the controllers' memory."""

@@ -34,7 +34,7 @@ class Positions(NamedTuple):
     """Of these streams."""
 
     others: Sequence[Shared]
-    """What the other streams share with those of other clients."""
+    """The other streams: their parts that are shared with other clients."""
 
     values: Sequence[tuple[int, Value]]
     """The same with the ids of their streams."""

@@ -164,7 +164,7 @@ class Publisher:
             packer = partial(self._packer, session, time_ms)
             session.link.publish(NewestValues(streams, now, time_ms, head, packer, positions, numbers))
 
-    def _copy_positions(self, streams: Streams) -> tuple[Positions, memoryview | None]:
+    def _copy_positions(self, streams: Streams) -> tuple[Positions, memoryview[float] | None]:
         """Return the streams that can be read from a copy of the joints' numbers, and the copy; None: there are none.
 
         They count as executed.

@@ -228,7 +228,7 @@ class NewestValues:
         head: Callable[[], Delivery],
         packer: Callable[[], Callable[[Value], bytes]],
         positions: Positions | None = None,
-        numbers: memoryview | None = None,
+        numbers: memoryview[float] | None = None,
     ) -> None:
         """Make them.
 

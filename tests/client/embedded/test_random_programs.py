@@ -114,7 +114,7 @@ def handle_of(client: int, name: str) -> int:
 
 
 def told(client: Client, seed: int) -> list[Any]:
-    """What each call of a random program returns, and the time of the newest value."""
+    """Return the result of each call of a random program, and the time of the newest value."""
     chance, weights = random.Random(seed), [weight for weight, _ in STEPS]
     found: list[Any] = []
     restart(client.id, chance)

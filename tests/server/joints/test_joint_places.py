@@ -1,4 +1,4 @@
-"""Places of positions and targets that were found before give what is found anew at each call."""
+"""Places of positions and targets that were found before give the same as places found at each call."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ EDITS: dict[str, Edit] = {
 USUAL = ("position", "target")
 
 
-def told(scene: str, seed: int, *, anew: bool) -> list[Any]:
-    """What random calls return, and the positions after each simulation step.
+def told(scene: str, seed: int, *, is_forgetful: bool) -> list[Any]:
+    """Return the results of random calls, and the positions after each simulation step.
 
     Args:
-        anew: no place that was found is used a second time.
+        is_forgetful: no place that was found is used a second time.
     """
     world, chance, found = world_of(scene), random.Random(seed), list[Any]()
     simulation = world.simulation
@@ -50,7 +50,7 @@ def told(scene: str, seed: int, *, anew: bool) -> list[Any]:
         for handle in handles:
             for name in (*USUAL, chance.choice(list(EDITS)), *USUAL):
                 joints = simulation.joints
-                if anew:
+                if is_forgetful:
                     joints.forget_places()
                 try:
                     found.append((name, EDITS[name](joints, handle, chance)))
@@ -67,6 +67,6 @@ def told(scene: str, seed: int, *, anew: bool) -> list[Any]:
 
 
 @pytest.mark.parametrize("seed", seeds(12))
-def test_known_places_give_what_is_found_anew(seed: int) -> None:
+def test_known_places_give_the_same_as_places_found_at_each_call(seed: int) -> None:
     scene = mechanism(seed)
-    assert told(scene, seed, anew=False) == told(scene, seed, anew=True)
+    assert told(scene, seed, is_forgetful=False) == told(scene, seed, is_forgetful=True)
