@@ -316,20 +316,6 @@ def test_new_parents_at_the_top_and_below_others_wait_together(compiles: list[in
     check_numbers(world)
 
 
-def test_shapes_are_made_and_then_given_parents_in_two_compiles(compiles: list[int]) -> None:
-    world = World(statics(2))
-    shapes = [create(world) for _ in range(20)]
-    for number, shape in enumerate(shapes):
-        world.call("simxSetObjectPosition", shape, -1, [number, 1, 0])
-    for shape in shapes:
-        world.call("simxSetObjectParent", shape, world.handle("low1"), True)
-    assert len(compiles) == 1
-    for number, shape in enumerate(shapes):
-        assert frames.get_position(world.sim, shape) == pytest.approx([number, 1, 0])
-    assert len(compiles) == 2
-    check_numbers(world)
-
-
 MOVES_AT_ONCE: dict[str, Callable[[World], object]] = {
     "moved before": lambda world: world.call(
         "simxSetObjectParent", world.handle("low1"), world.handle("low3"), True
@@ -445,6 +431,7 @@ READS: dict[str, Callable[[World, int], object]] = {
         "simxGetObjectPosition", world.handle("ball"), -1
     ),
     "a step": lambda world, shape: world.parts.step(),
+    "a parent": lambda world, shape: world.call("simxSetObjectParent", shape, world.handle("table"), True),
     "a stop": lambda world, shape: world.call("simxStopSimulation"),
 }
 

@@ -31,15 +31,13 @@ def move_shape(sim: LiveScene, handle: int, parent: int) -> bool:
     Raises CommandError: within a physics step. UnknownHandle.
     """
     refuse_in_physics(sim)
-    moved = [handle, *sim.scene.descendants(handle)]
-    if sim.waiting is not None and not (
-        sim.waiting.has_only_moves and sim.waiting.changed.isdisjoint((*moved, parent))
-    ):
-        sim.refresh()  # a move needs the poses
     waiting = sim.waiting
-    if not sim.scene.keeps_ids:
+    if not sim.scene.keeps_ids or (waiting is not None and not waiting.has_only_moves):
         return False
     basis = Basis.of(sim) if waiting is None else Basis(waiting.before, waiting.model, waiting.data)
+    moved = [handle, *sim.scene.descendants(handle)]
+    if waiting is not None and not waiting.moved_objects.isdisjoint((*moved, parent)):
+        return False
     if not _is_still(basis, sim.scene.get(handle), moved, parent):
         return False
     old = basis.scene.objects[handle]
