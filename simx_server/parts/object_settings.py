@@ -269,12 +269,11 @@ class ObjectSettings(Part):
 
         Call it as well after a shape has become static or dynamic, respondable or not.
         """
-        masks = self._masks()
-        if not masks and not governed_shapes(self._sim):
-            return
         if self._sim.waiting is not None:
             self._sim.waiting.afterwards[self.apply_masks] = None
-        else:
+            return
+        masks = self._masks()
+        if masks or governed_shapes(self._sim):
             set_masks(self._sim, masks)
 
     @property

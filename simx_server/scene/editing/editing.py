@@ -45,7 +45,6 @@ from .marks import mark_size, set_mark_size
 from .recompile import edit, refuse_in_physics
 from .renaming import drop_key
 from .transplant import delete, delete_all, find_body, move_leaf
-from .waiting.moving import move_shape
 from .welding import (
     body_name,
     body_under,
@@ -105,9 +104,6 @@ def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) ->
                 )
     if parent == item.parent:
         return
-    if keep_in_place and move_shape(sim, handle, parent):
-        _set_in_tree(sim, handle, parent)
-        return
     sim.refresh()
     item = _leave_sensor(sim, item)
     world = object_pose(sim, item)
@@ -122,19 +118,14 @@ def set_parent(sim: LiveScene, handle: int, parent: int, keep_in_place: bool) ->
         raise Unsupported(
             f"'{item.name}' is a part of the world itself and cannot move; make it a body to attach it"
         )
-    _set_in_tree(sim, handle, parent)
-    if not keep_in_place:
-        sim.refresh()
-        place(sim, sim.scene.get(handle), compose(_reference(sim, parent), local), with_joints=True)
-
-
-def _set_in_tree(sim: LiveScene, handle: int, parent: int) -> None:
-    """Give an object another parent in the tree of objects."""
     sim.scene.override_parent(handle, parent)
     drop_key(sim, handle, "object", "sibling")
     if _concerns_models(sim, handle):
         properties.apply(sim)
     sim.changed()
+    if not keep_in_place:
+        sim.refresh()
+        place(sim, sim.scene.get(handle), compose(_reference(sim, parent), local), with_joints=True)
 
 
 def _concerns_models(sim: LiveScene, handle: int) -> bool:

@@ -77,22 +77,6 @@ def move_body(
         keep_movable(spec, above)
 
 
-def move_bodies(spec: mujoco.MjSpec, moves: Iterable[tuple[str, str, Pose]]) -> None:
-    """Move many bodies as `move_body` does: name, new parent, and local pose. None is below or above another one."""
-    above: dict[str, str] = {}
-    for name, new_parent, local in moves:
-        old = spec.body(name)
-        _rename_all(old)
-        above[old.name] = old.parent.name
-        new = find_body(spec, new_parent).add_body()
-        _AS_BEFORE.body(old, new)
-        set_pose(new, local)
-    _delete_bodies(spec, above)
-    for name in dict.fromkeys(above.values()):
-        if spec.body(name) is not None:
-            keep_movable(spec, name)
-
-
 def move_leaf(
     spec: mujoco.MjSpec, element: str, name: str, new_parent: str, local: Pose, size: np.ndarray | None = None
 ) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +15,7 @@ from seeds import seeds
 from simx_server.editing import copying, creating, creating_parts, models, object_flags
 from simx_server.errors import CommandError
 from simx_server.handlers.objects import objects, poses
-from simx_server.scene.editing import editing, recompile
+from simx_server.scene.editing import recompile
 from simx_server.scene.editing.model_state import editable_arrays, get_state
 from simx_server.scene.object_listing import list_objects
 from simx_server.scene.objects import ObjectKind
@@ -269,127 +268,6 @@ def test_models_are_placed_before_the_compile(compiles: list[int], tmp_path: Pat
     head = world.handle("head#1")
     assert frames.get_position(world.sim, head) == pytest.approx([2, 1, 3])
     assert len(compiles) == 1
-
-
-def statics(count: int) -> str:
-    """Still bodies, each with a site, in pairs of one below the other."""
-    bodies = "".join(
-        f'<body name="low{i}" pos="{i} 0.1 0.3" euler="0 0 {10 * i}"><geom size="0.1"/><site name="at{i}"/>'
-        f'<body name="high{i}" pos="0 0.2 0.1"><geom size="0.05"/><camera name="see{i}"/></body></body>'
-        for i in range(count)
-    )
-    return f'<mujoco><worldbody>{bodies}<body name="ball"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
-
-
-def test_fifty_new_parents_are_one_compile(compiles: list[int]) -> None:
-    world = World(statics(52))
-    base = world.handle("low0")
-    poses = {}
-    for number in range(1, 51):
-        low, high = world.handle(f"low{number}"), world.handle(f"high{number}")
-        poses |= {
-            each: frames.get_pose(world.sim, each) for each in (low, high, world.handle(f"see{number}"))
-        }
-    for number in range(1, 51):
-        world.call("simxSetObjectParent", world.handle(f"low{number}"), base, True)
-    assert not compiles
-    assert len(world.sim.scene.children(base)) == 52
-    for each, (position, quat) in poses.items():
-        found, turn = frames.get_pose(world.sim, each)
-        assert found == pytest.approx(position)
-        assert turn == pytest.approx(quat)
-    assert len(compiles) == 1
-    check_numbers(world)
-
-
-def test_new_parents_at_the_top_and_below_others_wait_together(compiles: list[int]) -> None:
-    world = World(statics(6))
-    for number in range(3):
-        world.call("simxSetObjectParent", world.handle(f"high{number}"), -1, True)
-        world.call("simxSetObjectParent", world.handle(f"high{number + 3}"), world.handle("low5"), True)
-    assert not compiles
-    model = world.sim.model
-    assert [model.body(model.body(f"high{number}").parentid[0]).name for number in range(6)] == (
-        ["world"] * 3 + ["low5"] * 3
-    )
-    assert len(compiles) == 1
-    check_numbers(world)
-
-
-MOVES_AT_ONCE: dict[str, Callable[[World], object]] = {
-    "moved before": lambda world: world.call(
-        "simxSetObjectParent", world.handle("low1"), world.handle("low3"), True
-    ),
-    "below a moved one": lambda world: world.call("simxSetObjectParent", world.handle("high1"), -1, True),
-    "to a moved one": lambda world: world.call(
-        "simxSetObjectParent", world.handle("low3"), world.handle("low1"), True
-    ),
-    "to a place": lambda world: world.call(
-        "simxSetObjectParent", world.handle("low3"), world.handle("low4"), False
-    ),
-    "removed": lambda world: world.call("simxRemoveObject", world.handle("low1")),
-    "copied": lambda world: world.call("simxCopyPasteObjects", [world.handle("low1")]),
-}
-
-
-@pytest.mark.parametrize("call", MOVES_AT_ONCE.values(), ids=MOVES_AT_ONCE)
-def test_what_depends_on_a_new_parent_has_it_compiled(
-    call: Callable[[World], object], compiles: list[int]
-) -> None:
-    world = World(statics(6))
-    world.call("simxSetObjectParent", world.handle("low1"), world.handle("low2"), True)
-    assert not compiles
-    call(world)
-    assert compiles
-    check_numbers(world)
-
-
-def test_an_object_cannot_be_moved_below_itself_while_moves_wait() -> None:
-    world = World(statics(4))
-    world.call("simxSetObjectParent", world.handle("low1"), world.handle("low2"), True)
-    with pytest.raises(CommandError, match="cannot get its own child 'low1' as parent"):
-        world.call("simxSetObjectParent", world.handle("low2"), world.handle("low1"), True)
-    world.call("simxStopSimulation")
-    check_numbers(world)
-
-
-def test_the_stop_takes_back_moves_that_wait() -> None:
-    world = World(statics(4))
-    before = list_objects(world.sim)
-    world.run()
-    world.call("simxSetObjectParent", world.handle("low1"), world.handle("low2"), True)
-    world.call("simxStopSimulation")
-    assert list_objects(world.sim) == before
-    check_numbers(world)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", seeds(4))
-def test_a_compile_for_each_new_parent_gives_the_same(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    def moves(after: Callable[[World], object]) -> None:
-        choose, world = random.Random(seed), World(statics(12))
-        for _ in range(60):
-            shapes = [*world.sim.scene.of_kind(ObjectKind.SHAPE), -1]
-            with contextlib.suppress(CommandError):
-                world.call("simxSetObjectParent", choose.choice(shapes[:-1]), choose.choice(shapes), True)
-            if choose.random() < 0.1:
-                world.call("simxCopyPasteObjects", [choose.choice(shapes[:-1])])
-            after(world)
-
-    compiled: list[dict[str, Any]] = []
-    with monkeypatch.context() as at_once:
-        at_once.setattr(editing, "move_shape", lambda *_arguments: False)
-        at_once.setattr(copying, "may_wait", lambda *_arguments: False)
-        moves(lambda world: compiled.append(whole(world)))
-    steps, choose = iter(compiled), random.Random(seed)
-
-    def compare_sometimes(world: World) -> None:
-        expected = next(steps)
-        if choose.random() < 0.1:
-            found = whole(world)
-            assert [key for key in expected if expected[key] != found[key]] == []
-
-    moves(compare_sometimes)
 
 
 NOT_LATE: dict[str, Callable[[World], object]] = {

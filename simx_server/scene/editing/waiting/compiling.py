@@ -77,22 +77,13 @@ _NUMBERED = ("body", "geom", "jnt", "site", "cam", "light", "tendon", "sensor")
 
 def _check_ids(twins: Twins, waiting: Waiting) -> None:
     """Raise RuntimeError where elements have other numbers than the scene says."""
-    objects = waiting.scene.objects
-    if waiting.moved_objects:
-        checked = list(objects.values())
-    else:
-        _check_order(twins)
-        checked = [objects[handle] for handle in waiting.handles & objects.keys()]
-    for item in checked:
-        if twins.new.name(PREFIXES.get(item.element, item.element), item.id) != item.element_name:
-            raise RuntimeError(
-                f"the {item.element} '{item.name}' has got another number by an edit that waited"
-            )
-
-
-def _check_order(twins: Twins) -> None:
-    """Raise RuntimeError where elements that stay have another order than before."""
     for kind in _NUMBERED:
         before = twins.before(kind)
         if not twins.keeps_order(kind) or (before[np.count_nonzero(before >= 0) :] >= 0).any():
             raise RuntimeError(f"elements of the kind {kind} have got another order by an edit that waited")
+    for handle in waiting.handles:
+        item = waiting.scene.objects.get(handle)
+        if item is not None and twins.new.name(PREFIXES[item.element], item.id) != item.element_name:
+            raise RuntimeError(
+                f"the {item.element} '{item.name}' has got another number by an edit that waited"
+            )

@@ -28,7 +28,7 @@ def remove_shape(sim: LiveScene, handle: int) -> bool:
     """
     item = sim.scene.get(handle)
     refuse_in_physics(sim)
-    if not sim.scene.keeps_ids or (sim.waiting is not None and handle in sim.waiting.changed):
+    if not sim.scene.keeps_ids or (sim.waiting is not None and handle in sim.waiting.handles):
         return False
     if not _is_alone(sim.model if sim.waiting is None else sim.waiting.model, sim.scene, item):
         return False

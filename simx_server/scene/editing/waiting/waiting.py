@@ -9,14 +9,11 @@ behind it move up. The results are those of one compile for each shape, bit for 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Hashable, Iterable
-from collections.abc import Set as AbstractSet
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from simx_server.scene.editing.transplant import delete_all, move_bodies
+from simx_server.scene.editing.transplant import delete_all
 from simx_server.scene.poses.start import Start
 
 from .templates import sizes_of
@@ -26,7 +23,6 @@ if TYPE_CHECKING:
 
     from simx_server.scene.live import LiveScene
     from simx_server.scene.objects import Scene, SceneObject
-    from simx_server.scene.poses.poses import Pose
 
     from .blueprint import Blueprint, Change
 
@@ -50,7 +46,7 @@ class Basis:
     def for_copies(cls, sim: LiveScene, handles: Collection[int]) -> Basis:
         """Return the scene before the edits that wait, if it has all of these objects; else the present one."""
         waiting = sim.waiting
-        if waiting is None or not waiting.changed.isdisjoint(handles):
+        if waiting is None or not waiting.handles.isdisjoint(handles):
             return cls.of(sim)
         return cls(waiting.before, waiting.model, waiting.data)
 
@@ -87,19 +83,10 @@ class Waiting:
     """Names of sites of the model that have become dummies."""
     starts: list[Start] = field(default_factory=list[Start])
     """Positions of new elements, where they are not those of their bodies in the spec."""
-    moved_objects: set[int] = field(default_factory=set[int])
-    """Objects that have got another parent, and those below them."""
-    parents: np.ndarray | None = None
-    """Each body's parent by id, if bodies were moved."""
-    bodies_of: dict[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
-    """Each element's body by id, by kind, if bodies were moved."""
-    _batch: tuple[Hashable, ...] = ()
-    """What the last change of the spec removes or moves together: that costs as much as one."""
-    _before_batch: Blueprint | None = None
-    """What the spec was before that."""
-    _act: Callable[[mujoco.MjSpec, Any], None] = delete_all
-    """Removes or moves it."""
-    _moves: int = 0
+    _removed: tuple[str, ...] = ()
+    """Names of the bodies that the last change of the spec deletes."""
+    _before_removals: Blueprint | None = None
+    """What these are deleted from."""
     edits: int = 0
     calls: list[tuple[int, Callable[[], object]]] = field(
         default_factory=list[tuple[int, Callable[[], object]]]
@@ -126,7 +113,8 @@ class Waiting:
             change: adds them to the spec.
             weight: how much that is, as a number of bodies.
         """
-        self._end_batch()
+        # What is removed from now on is deleted after the shape is there.
+        self._removed, self._before_removals = (), None
         self.scene.blueprint = self.scene.blueprint.then(change, weight)
         self.handles.update(handles)
         self.loose.update(loose)
@@ -134,42 +122,19 @@ class Waiting:
 
     def took_slot(self, handle: int, name: str) -> None:
         """Note a new dummy. `name`: of its site, which was a slot of the model."""
-        self._end_batch()
         self.slots.add(name)
         self.handles.add(handle)
         self.loose.add(handle)
 
     def delete(self, name: str) -> None:
-        """Delete a body from the spec."""
-        self._add_to_batch(("body", name), delete_all)
+        """Delete a body from the spec, together with those before and after it: one costs as much as fifty."""
+        if self._before_removals is None:
+            self._before_removals = self.scene.blueprint
+        self._removed = doomed = (*self._removed, name)
+        self.scene.blueprint = self._before_removals.then(
+            lambda spec: delete_all(spec, [("body", each) for each in doomed])
+        )
         self.edits += 1
-
-    def move(self, name: str, target: str, local: Pose) -> None:
-        """Move a body of the spec below another, with this pose there. Both were not moved before."""
-        self._add_to_batch((name, target, local), move_bodies)
-        self.moved.add(("body_", name))
-        self._moves += 1
-        self.edits += 1
-
-    @property
-    def changed(self) -> AbstractSet[int]:
-        """Return the objects that are not in the model as they are in the scene: new and moved ones."""
-        return self.handles | self.moved_objects
-
-    @property
-    def has_only_moves(self) -> bool:
-        """Return whether nothing waits but moves, and dummies."""
-        return self.edits == self._moves and not self.calls and not self.afterwards
-
-    def _add_to_batch(self, one: Hashable, act: Callable[[mujoco.MjSpec, Any], None]) -> None:
-        if self._before_batch is None or self._act is not act:
-            self._batch, self._before_batch, self._act = (), self.scene.blueprint, act
-        self._batch = batch = (*self._batch, one)
-        self.scene.blueprint = self._before_batch.then(lambda spec: act(spec, batch))
-
-    def _end_batch(self) -> None:
-        """Keep what is removed or moved from now on apart: it comes after what was added."""
-        self._before_batch = None
 
     def call(self, action: Callable[[], object]) -> None:
         """Act after the compile. The action changes new objects alone, makes no edit, and cannot fail."""
