@@ -124,7 +124,7 @@ class Scene:
         self.blueprint = spec if isinstance(spec, Blueprint) else Blueprint(spec)
         """What the next edit's model is made of."""
         self.is_edited_in_place = False
-        """Elements of the model were moved or removed without a compile: the next one numbers others differently."""
+        """The model has edits that were made without a compile: the next one numbers its elements differently."""
         self.path = path
         self.next_handle = next_handle
         self.annotations = annotations if annotations is not None else Annotations()
@@ -188,14 +188,15 @@ class Scene:
         """
         return self.blueprint.spec
 
-    def edited_in_place(self, change: Change) -> Scene:
+    def edited_in_place(self, change: Change, bodies: float = math.inf) -> Scene:
         """Return a twin, in which an edit without a compile can be made.
 
         Args:
             change: does to the spec what the edit does to the model.
+            bodies: how much that is, see `Blueprint.then`.
         """
         twin = self.twin()
-        twin.blueprint = twin.blueprint.then(change)
+        twin.blueprint = twin.blueprint.then(change, bodies)
         twin.is_edited_in_place = True
         return twin
 
@@ -216,11 +217,8 @@ class Scene:
 
     @property
     def keeps_ids(self) -> bool:
-        """Return whether a compile leaves the ids of the model's elements as they are, with the present slots.
-
-        New dummies have taken the first of the slots, where the spec has them too: behind the other sites of the world.
-        """
-        return not self.is_edited_in_place
+        """Return whether the next compile leaves the ids of the model's elements as they are."""
+        return not self.is_edited_in_place and len(self.slots.sites) == self.slots.wanted_sites
 
     @property
     def name(self) -> str:

@@ -129,13 +129,6 @@ class Twins:
             self._after[kind] = after
         return self._after[kind]
 
-    def part(self, kind: str, names: Collection[str]) -> None:
-        """Take elements of the new model for others than those of their names before."""
-        if names:
-            before = self._before[kind] = self.before(kind).copy()
-            before[[self.new.find(kind, name) for name in names]] = -1
-            self._after.pop(kind, None)
-
     def keeps_order(self, kind: str) -> bool:
         """Return whether elements that stay have the order that they had."""
         before = self.before(kind)

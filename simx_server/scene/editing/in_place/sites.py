@@ -41,19 +41,16 @@ def add_dummy(
     refuse_in_physics(sim)
     sim.limits.check("objects", len(sim.scene.objects) + 1, "remove some")
     if not sim.scene.slots.sites:
-        sim.refresh()  # edits that wait have the present slots
         sim.scene.slots = sim.scene.slots.with_more_sites()
         edit(sim, lambda spec: None, set(), repeats=0)
-    waiting = sim.waiting
-    old, model = (sim.scene, sim.model) if waiting is None else (waiting.scene, waiting.model)
+    old, model = sim.scene, sim.model
     element_name = old.slots.sites[0]
     site = mujoco.mj_name2id(model, _SITE, element_name)
 
     def change(spec: Any) -> None:
         spec.worldbody.add_site(name=element_name, size=[radius] * 3, group=_GROUP, rgba=list(rgba))
 
-    scene = old.twin() if waiting is None else old
-    scene.blueprint = scene.blueprint.then(change, 1)
+    scene = old.edited_in_place(change, 1)
     _write(model, site, 0, ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
     model.site_size[site], model.site_group[site], model.site_rgba[site] = radius, _GROUP, rgba
     scene.slots = old.slots.without_site(element_name)
@@ -63,16 +60,12 @@ def add_dummy(
         objects={**old.annotations.objects, name: {kind: dict(n) for kind, n in notes.items()}},
     )
     handle = scene.next_handle
-    item = SceneObject(
+    scene.next_handle += 1
+    scene.objects[handle] = SceneObject(
         handle, name, ObjectKind.DUMMY, -1, "site", element_name, site, 0, alias_of(name),
         scene.annotations.objects[name],
     )  # fmt: skip
-    scene.append([item])
-    if waiting is None:
-        sim.replace_scene(scene, SameModel(old, model, {"site": [site]}))
-    else:
-        waiting.took_slot(handle, element_name)
-        sim.hold(waiting)
+    sim.replace_scene(scene, SameModel(old, model, {"site": [site]}))
     return handle
 
 

@@ -46,7 +46,6 @@ def compile_waiting(sim: LiveScene, waiting: Waiting) -> None:
     for start in waiting.starts:
         start.put_into(first, data)
     _settle(first, scene, differs=differs)
-    twins.part("site", waiting.slots)
     scene.names = twins.new
     sim.replace_model(scene, first, data, twins)
     if early:

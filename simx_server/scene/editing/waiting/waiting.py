@@ -79,8 +79,6 @@ class Waiting:
     """Names of new bodies that have the mass and inertia of the spec."""
     copies: set[str] = field(default_factory=set[str])
     """Prefixes of elements that start as copies of those with the rest of the name."""
-    slots: set[str] = field(default_factory=set[str])
-    """Names of sites of the model that have become dummies."""
     starts: list[Start] = field(default_factory=list[Start])
     """Positions of new elements, where they are not those of their bodies in the spec."""
     _removed: tuple[str, ...] = ()
@@ -119,12 +117,6 @@ class Waiting:
         self.handles.update(handles)
         self.loose.update(loose)
         self.edits += 1
-
-    def took_slot(self, handle: int, name: str) -> None:
-        """Note a new dummy. `name`: of its site, which was a slot of the model."""
-        self.slots.add(name)
-        self.handles.add(handle)
-        self.loose.add(handle)
 
     def delete(self, name: str) -> None:
         """Delete a body from the spec, together with those before and after it: one costs as much as fifty."""
