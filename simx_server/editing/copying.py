@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING
 
 from simx_server.scene import properties
 from simx_server.scene.editing.copies.kept import Kept
-from simx_server.scene.editing.waiting.waiting import Basis
+from simx_server.scene.editing.waiting.basis import Basis
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.spec_elements import bodies_of
 
-from .grafting import Graft, graft
-from .late import may_wait
-from .pruning import Pruned, strip_textures
-from .selecting import Selection
+from .grafts.grafting import Graft, graft
+from .grafts.late import may_wait
+from .grafts.pruning import Pruned, strip_textures
+from .grafts.selecting import Selection
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

@@ -20,8 +20,8 @@ from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.formats.loader import prepare
 from simx_server.scene.formats.loose_meshes import settle
 
-from .grafting import Graft, graft
-from .late import may_wait
+from .grafts.grafting import Graft, graft
+from .grafts.late import may_wait
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from simx_server.scene import properties
-from simx_server.scene.editing.waiting.waiting import when_compiled
+from simx_server.scene.editing.waiting.basis import when_compiled
 from simx_server.scene.formats.annotations import BROUGHT
 from simx_server.scene.formats.exporting.asset_files import give_full_paths
 from simx_server.scene.formats.loose_meshes import settle_loose_meshes
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.poses.first_turns import has_turn, set_turns
 
-from .grafting import Graft, graft
-from .late import may_wait
+from .grafts.grafting import Graft, graft
+from .grafts.late import may_wait
 
 if TYPE_CHECKING:
     from simx_server.scene.formats.model_files import Model

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from simx_server.errors import CommandError
-from simx_server.scene.editing.waiting.waiting import when_compiled
+from simx_server.scene.editing.waiting.basis import when_compiled
 from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.placing import carry_followers
 from simx_server.scene.poses.poses import Quaternion

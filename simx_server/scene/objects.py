@@ -122,7 +122,7 @@ class Scene:
     ) -> None:
         self.objects: dict[int, SceneObject] = dict(objects)
         self.blueprint = spec if isinstance(spec, Blueprint) else Blueprint(spec)
-        """What the next edit's model is made of."""
+        """The source of the next edit's model."""
         self.is_edited_in_place = False
         """The model has edits that were made without a compile: the next one numbers its elements differently."""
         self.path = path

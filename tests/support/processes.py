@@ -140,7 +140,7 @@ def give_way(waited: float = 0.0) -> None:
     """For a moment, so that who looks again and again takes no core from the process that is waited for.
 
     Args:
-        waited: seconds so far: a twentieth of them is no loss.
+        waited: seconds so far: a twentieth of them more does not matter.
     """
     time.sleep(min(0.1, max(0.005, waited / 20)))
 

@@ -262,7 +262,7 @@ def _document(name: str, *headers: tuple[str, str]) -> Response:
 
 
 def _seat_page(main: str, *headers: tuple[str, str]) -> Response:
-    """Return the page of a seat with its main part, which has a file of its own."""
+    """Return the page of a seat with its main part, from its separate file."""
     text = _read("seat.html").replace(b"<!-- main -->\n", _read(main))
     return Response(HTTPStatus.OK, text, KINDS[".html"], headers)
 

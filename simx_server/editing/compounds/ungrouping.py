@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simx_server.editing.creating import Body, create_mesh
-from simx_server.editing.grafting import Graft, graft
+from simx_server.editing.grafts.grafting import Graft, graft
 from simx_server.editing.shape_looks import part_corners
 from simx_server.errors import CommandError
 from simx_server.scene.editing import editing, welding

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 
-from simx_server.editing.pruning import Pruned
-from simx_server.editing.selecting import Selection
+from simx_server.editing.grafts.pruning import Pruned
+from simx_server.editing.grafts.selecting import Selection
 from simx_server.scene.editing.copies.element_copies import Copier, agree
 from simx_server.scene.editing.model_state import option_values
 from simx_server.scene.editing.saving.settling import settle
 from simx_server.scene.editing.transplant import move_body
-from simx_server.scene.editing.waiting.waiting import Basis
+from simx_server.scene.editing.waiting.basis import Basis
 from simx_server.scene.formats.loader import compile_spec
 from simx_server.scene.geometry.highlights import SPECULAR
 from simx_server.scene.poses.placing import body_pose

@@ -87,7 +87,7 @@ _NUMBER: Final = 8
 """Bytes of a number of Lua."""
 
 _FEW_FLOATS = {_NUMBER * count: struct.Struct(f"={count}d").unpack for count in range(_PACKED + 1)}
-"""What unpacks short lists of floats, by the bytes of the list: in half the time of an array."""
+"""Functions that unpack short lists of floats, by the bytes of the list: in half the time of an array."""
 
 _LONGEST_LINE = 100_000
 """Maximum bytes of a printed line, and of an error's text."""

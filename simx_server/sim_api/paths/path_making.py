@@ -9,7 +9,7 @@ import mujoco
 from simx_client.protocol import constants as c
 from simx_server.editing import creating
 from simx_server.editing.creating import Body
-from simx_server.editing.grafting import Graft, graft
+from simx_server.editing.grafts.grafting import Graft, graft
 from simx_server.errors import CommandError
 from simx_server.parts.paths import along
 from simx_server.parts.paths.flat_paths import MOST_NUMBERS

@@ -140,7 +140,7 @@ class MatrixFunctions(ApiPart, effect="reads"):
             raise CommandError(f"a point is 3 numbers, not {len(points)}")
         (px, py, pz), quat = pose
         found: list[float] = []
-        # What is left over is ignored, such as the 1 of {x, y, z, 1}.
+        # Further numbers are ignored, such as the 1 of {x, y, z, 1}.
         for x, y, z in zip(points[::3], points[1::3], points[2::3], strict=False):
             x, y, z = poses.rotate(quat, (x, y, z))
             found += px + x, py + y, pz + z

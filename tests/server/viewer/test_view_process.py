@@ -56,7 +56,7 @@ class Logged:
 
 @contextmanager
 def logged(log: Path, *command: object) -> Iterator[Logged]:
-    """A Python process whose stderr is a file. That of a page which a server starts is no fork."""
+    """A Python process whose stderr is a file. The process of a page which a server starts is not a fork."""
     with (
         log.open("w") as sink,
         running(Forked(command, stdout=subprocess.PIPE, stderr=sink)) as process,

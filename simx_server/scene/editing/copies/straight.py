@@ -1,4 +1,4 @@
-"""Copies of whole bodies that are made straight from a scene's spec, without a spec of their own between."""
+"""Copies of whole bodies that are made straight from a scene's spec, without another spec between."""
 
 from __future__ import annotations
 

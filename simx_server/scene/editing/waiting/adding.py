@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Late:
-    """What waits for the compile."""
+    """Objects that wait for the compile."""
 
     template: Template
     change: Change
@@ -32,7 +32,7 @@ class Late:
     """How much that is, as a number of bodies."""
     added: Addition
     moved: Set[tuple[str, str]] = frozenset()
-    """(array prefix, element name) of elements with a place of their own, though they are copies."""
+    """(array prefix, element name) of elements with a separate place, though they are copies."""
     welded: Collection[str] = ()
     weightless: Collection[str] = ()
     """Names of bodies that belong to the scene's sets of this name."""

@@ -1,4 +1,4 @@
-"""What a scene's model is made of: a spec, and changes that the spec has not got yet.
+"""The source of a scene's model: a spec, and changes that the spec has not got yet.
 
 To copy a spec takes as long as to compile it. An edit that adds a few bodies therefore changes only the copy that is
 compiled, and is noted here: the next compile makes it once more in its own copy. When that has become dearer than
@@ -25,7 +25,7 @@ _LISTED = 40
 
 
 class Blueprint:
-    """A spec and changes. What it stands for never changes: a further change makes another blueprint."""
+    """A spec and changes. The model it describes never changes: a further change makes another blueprint."""
 
     def __init__(self, spec: mujoco.MjSpec) -> None:
         """Take a spec, which is not changed from now on."""

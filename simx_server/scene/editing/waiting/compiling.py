@@ -14,7 +14,7 @@ from simx_server.scene.editing.transfer import carry_over
 from simx_server.scene.editing.twins import Names, Twins
 from simx_server.scene.formats.loader import SceneError, take_weight
 
-from .templates import PREFIXES
+from .sizes import PREFIXES
 
 if TYPE_CHECKING:
     from simx_server.scene.live import LiveScene

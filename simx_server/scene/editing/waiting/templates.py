@@ -16,19 +16,10 @@ from simx_server.scene.objects import ObjectKind, Scene, SceneObject
 from simx_server.scene.poses.placing import free_joint
 from simx_server.scene.tree import Addition, Builder
 
+from .sizes import IN_BODIES, sizes_of
+
 Element = tuple[str, str]
 """Kind and name of an element."""
-
-_IN_BODIES = {"joint": "jnt", "site": "site", "camera": "cam", "light": "light"}
-"""Kinds of elements that MuJoCo numbers by their bodies, and the prefix of the model's arrays."""
-
-PREFIXES = _IN_BODIES | {"body": "body", "tendon": "tendon", "sensor": "sensor"}
-"""Kinds of elements that the scene numbers, and the prefix of the model's arrays."""
-
-
-def sizes_of(model: mujoco.MjModel) -> dict[str, int]:
-    """Return the number of elements of a model, by kind."""
-    return {kind: int(getattr(model, f"n{prefix}")) for kind, prefix in PREFIXES.items()}
 
 
 @dataclass(frozen=True)
@@ -81,7 +72,7 @@ class Template:
             model: the model.
             names: names of the objects.
             annotations: annotations by these names.
-            hidden: names of bodies that are no objects.
+            hidden: names of bodies that are not objects.
         """
         builder = Builder(model, replace(Annotations(), objects=annotations), hidden, names)
         builder.build()
@@ -100,7 +91,7 @@ class Template:
         parents: Mapping[int, int],
         sensors: Sequence[str],
     ) -> Template | None:
-        if any((getattr(model, f"{prefix}_bodyid") == 0).any() for prefix in (*_IN_BODIES.values(), "geom")):
+        if any((getattr(model, f"{prefix}_bodyid") == 0).any() for prefix in (*IN_BODIES.values(), "geom")):
             return None
         places = {model.sensor(name).id: place for place, name in enumerate(sensors)}
         return cls(
@@ -138,7 +129,7 @@ class Template:
             straight: their bodies.
             names: names of the originals.
             annotations: annotations by these names.
-            hidden: names of bodies that are no objects.
+            hidden: names of bodies that are not objects.
         """
         bodies = [model.body(name).id for name in straight.names]
         builder = _OfCopies(model, straight, names, annotations, hidden)
@@ -147,7 +138,7 @@ class Template:
             builder.add_body(body)
         builder.arrange()
         places = {"body": dict(zip(bodies, range(len(bodies)), strict=True))}
-        for element in _IN_BODIES:
+        for element in IN_BODIES:
             elements = (each for body in bodies for each in builder.elements_of(element, body))
             places[element] = {each: place for place, each in enumerate(elements)}
         sensors = [model.sensor(name).id for name in straight.sensors]
@@ -191,13 +182,13 @@ def template_of(
     annotations: Mapping[str, dict[str, Annotation]],
     hidden: Collection[str] = (),
 ) -> Template | None:
-    """Return the objects of a spec that is added to a scene; None if it is no scene alone, or has some in its world.
+    """Return the objects of a spec that is added to a scene; None if it is not a separate scene, or has some in its world.
 
     Args:
         spec: the spec.
         names: names of the objects.
         annotations: annotations by these names.
-        hidden: names of bodies that are no objects.
+        hidden: names of bodies that are not objects.
     """
     try:
         model = compile_spec(spec, logging.DEBUG)
@@ -225,7 +216,7 @@ class _OfCopies(Builder):
 
     def elements_of(self, element: str, body: int) -> Sequence[int]:
         """Return the ids of the joints, sites, cameras or lights of a body that are copied."""
-        bodies = getattr(self.model, f"{_IN_BODIES[element]}_bodyid")
+        bodies = getattr(self.model, f"{IN_BODIES[element]}_bodyid")
         if not len(bodies):
             return ()
         found: list[int] = np.flatnonzero(bodies == body).tolist()

@@ -1,59 +1,29 @@
-"""Shapes that wait for a compile: the scene has got or lost them, and the model follows when something reads it.
+"""Objects that wait for a compile: the scene has got or lost them, and the model follows when something reads it.
 
 A burst of such edits therefore costs one compile. While they wait, the simulation has no model and no data: the first
 read of either compiles (`Simulation.compile_edits`). Calls that only change a waiting object wait with it.
 
 The ids of the compiled model are known before: a new body at the top of the tree comes last, and without a body those
-behind it move up. The results are those of one compile for each shape, bit for bit.
+behind it move up. The results are those of one compile for each edit, bit for bit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from simx_server.scene.editing.transplant import delete_all
 from simx_server.scene.poses.start import Start
 
-from .templates import sizes_of
+from .sizes import sizes_of
 
 if TYPE_CHECKING:
     import mujoco
 
-    from simx_server.scene.live import LiveScene
-    from simx_server.scene.objects import Scene, SceneObject
+    from simx_server.scene.objects import Scene
 
     from .blueprint import Blueprint, Change
-
-
-@dataclass(frozen=True)
-class Basis:
-    """A scene, its model and its state, with fresh kinematics."""
-
-    scene: Scene
-    model: mujoco.MjModel
-    data: mujoco.MjData
-
-    @classmethod
-    def of(cls, sim: LiveScene) -> Basis:
-        """Return the present ones; edits that wait are compiled."""
-        sim.refresh()
-        model = sim.model
-        return cls(sim.scene, model, sim.data)
-
-    @classmethod
-    def for_copies(cls, sim: LiveScene, handles: Collection[int]) -> Basis:
-        """Return the scene before the edits that wait, if it has all of these objects; else the present one."""
-        waiting = sim.waiting
-        if waiting is None or not waiting.handles.isdisjoint(handles):
-            return cls.of(sim)
-        return cls(waiting.before, waiting.model, waiting.data)
-
-    def item(self, item: SceneObject) -> SceneObject:
-        """Return an object as the model has it."""
-        known = self.scene.objects[item.handle]
-        return item.renumbered(known.id, known.body, known.sensors)
 
 
 @dataclass
@@ -74,7 +44,7 @@ class Waiting:
     plain: set[int] = field(default_factory=set[int])
     """Those that are one body with one geom."""
     moved: set[tuple[str, str]] = field(default_factory=set[tuple[str, str]])
-    """(array prefix, element name) of copies with a place of their own."""
+    """(array prefix, element name) of copies with a separate place."""
     weighed: set[str] = field(default_factory=set[str])
     """Names of new bodies that have the mass and inertia of the spec."""
     copies: set[str] = field(default_factory=set[str])
@@ -84,7 +54,7 @@ class Waiting:
     _removed: tuple[str, ...] = ()
     """Names of the bodies that the last change of the spec deletes."""
     _before_removals: Blueprint | None = None
-    """What these are deleted from."""
+    """The source before these are deleted."""
     edits: int = 0
     calls: list[tuple[int, Callable[[], object]]] = field(
         default_factory=list[tuple[int, Callable[[], object]]]
@@ -111,7 +81,7 @@ class Waiting:
             change: adds them to the spec.
             weight: how much that is, as a number of bodies.
         """
-        # What is removed from now on is deleted after the shape is there.
+        # Later removals are deleted after the shape is there.
         self._removed, self._before_removals = (), None
         self.scene.blueprint = self.scene.blueprint.then(change, weight)
         self.handles.update(handles)
@@ -131,11 +101,3 @@ class Waiting:
     def call(self, action: Callable[[], object]) -> None:
         """Act after the compile. The action changes new objects alone, makes no edit, and cannot fail."""
         self.calls.append((self.edits, action))
-
-
-def when_compiled(sim: LiveScene, action: Callable[[], object]) -> None:
-    """Act now, or after the compile if edits wait; see `Waiting.call`."""
-    if sim.waiting is None:
-        action()
-    else:
-        sim.waiting.call(action)

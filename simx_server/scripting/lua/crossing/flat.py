@@ -67,6 +67,6 @@ def flat(results: tuple[Any, ...], to_lua: Callable[[Any], Any]) -> tuple[Any, .
 
 @lru_cache(maxsize=500)
 def _shape(lengths: tuple[int, ...]) -> bytes | bool:
-    """Return the shape of results, or True if there is no list among them."""
+    """Return the shape of results, or True if none of them is a list."""
     parts = ["-" if length == _ALONE else str(length) for length in lengths]
     return set(parts) <= {"-"} or ",".join(parts).encode()

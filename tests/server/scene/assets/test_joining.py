@@ -200,12 +200,12 @@ LAMP = '<mujoco><worldbody><body name="lamp"><geom size="0.1"/></body>{}</worldb
 def test_a_text_is_read_again_if_it_names_files(
     name: str, text: str, readings: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from simx_server.scene.formats import kept_models
+    from simx_server.scene.formats import kept_models, model_files
 
     (tmp_path / "more.xml").write_text("<mujoco><option timestep='0.01'/></mujoco>")
-    path, read, real = tmp_path / name, [], kept_models.read_model
+    path, read, real = tmp_path / name, [], model_files.read_model
     path.write_bytes(text.encode("utf-16-le" if text.startswith("\ufeff") else "utf-8"))
-    monkeypatch.setattr(kept_models, "read_model", lambda *given: read.append(given[0]) or real(*given))
+    monkeypatch.setattr(model_files, "read_model", lambda *given: read.append(given[0]) or real(*given))
     kept = kept_models.KeptModels()
     for _ in range(2):
         with contextlib.suppress(SceneError):

@@ -54,6 +54,9 @@ class MatrixApi(EchoApi):
     def namespaces(self) -> Mapping[str, Mapping[str, Constant | None]]:
         return {"sim": {"note": None, **dict.fromkeys(FUNCTIONS)}}
 
+    def module(self, name: str) -> bytes | None:
+        return None
+
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
         name = name.removeprefix("sim.")
         self.names.append((name, self.calculated))

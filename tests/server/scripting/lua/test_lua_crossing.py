@@ -27,6 +27,9 @@ class GivingApi(EchoApi):
     def namespaces(self) -> Mapping[str, Mapping[str, Constant | None]]:
         return {"sim": {"give": None}}
 
+    def module(self, name: str) -> bytes | None:
+        return None
+
     def invoke(self, name: str, arguments: list[Any]) -> tuple[Any, ...] | Waiting:
         self.given = arguments
         return self.results

@@ -11,8 +11,8 @@ import numpy as np
 
 from simx_server.scene.editing.copies.kept import Kept
 from simx_server.scene.editing.copies.straight import Straight
+from simx_server.scene.editing.waiting.basis import Basis
 from simx_server.scene.editing.waiting.templates import Template
-from simx_server.scene.editing.waiting.waiting import Basis
 from simx_server.scene.editing.welding import start_pose
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
 from simx_server.scene.poses.placing import free_joint

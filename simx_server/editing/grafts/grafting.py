@@ -34,10 +34,10 @@ Element = tuple[str, str]
 
 @dataclass(frozen=True)
 class Graft:
-    """What is to be added, with its names and annotations."""
+    """The part to add, with its names and annotations."""
 
     part: mujoco.MjSpec | Straight
-    """What is added; a spec belongs to the scene from then on."""
+    """The part to add; a spec belongs to the scene from then on."""
     names: Mapping[Element, str]
     """The original name of each object that it carries."""
     annotations: Mapping[str, dict[str, Annotation]]

@@ -1,0 +1,1 @@
+"""Parts of scenes as specs: the objects that are copied, and what adds them to a scene."""
