@@ -24,7 +24,7 @@ if (CONDITION) {
 
 
 def few_frames(pause: int, condition: str = "true") -> str:
-    """Return a script that lets a page draw its next frame after this number of ms; all frames that it can draw would take a core.
+    """Return a script that lets a page draw its next frame after this pause in ms; all its frames would take a core.
 
     Args:
         condition: in JavaScript: of the pages, those in frames included, for which that holds.

@@ -182,7 +182,7 @@ def template_of(
     annotations: Mapping[str, dict[str, Annotation]],
     hidden: Collection[str] = (),
 ) -> Template | None:
-    """Return the objects of a spec that is added to a scene; None if it is not a separate scene, or has some in its world.
+    """Return the objects of a spec that is added to a scene; None if it cannot be added so.
 
     Args:
         spec: the spec.
