@@ -24,12 +24,15 @@ def committed() -> dict[str, Counts]:
 
 
 def grown(before: Mapping[str, Counts], now: Mapping[str, Counts]) -> list[str]:
-    """Return a sentence for each count that is more than a quarter above the one before."""
+    """Return a sentence for each count that is more than a quarter above the one before, or has none before."""
     return [
-        f"{operation}: {what} grew from {before[operation][what]:g} to {number:g}"
-        for operation, counts in now.items()
-        for what, number in counts.items()
-        if (most := before.get(operation, {}).get(what)) is not None and number > most * GROWTH + FEW
+        *(f"{operation}: counts.json lacks it" for operation in now if operation not in before),
+        *(
+            f"{operation}: {what} grew from {before[operation][what]:g} to {number:g}"
+            for operation, counts in now.items()
+            for what, number in counts.items()
+            if (most := before.get(operation, {}).get(what)) is not None and number > most * GROWTH + FEW
+        ),
     ]
 
 
