@@ -34,7 +34,10 @@ def _fill() -> dict[str, _Any]:
     from .protocol import constants
 
     surface = FUNCTIONS | {name: value for name, value in vars(constants).items() if not name.startswith("_")}
-    globals().update(surface, __all__=sorted(surface))
+    known = globals()  # a program may have replaced a function before the first use of one
+    known.update(
+        {name: value for name, value in surface.items() if name not in known}, __all__=sorted(surface)
+    )
     return surface
 
 

@@ -129,6 +129,9 @@ class Switching:
     the script.
     """
 
+    is_free: bool = False
+    """A function with a separate limit is at work: each call-back of the script that it makes has a whole limit."""
+
     edited: float = 0.0
     """Processor seconds of edits of the scene during the present call into the script."""
 

@@ -223,10 +223,12 @@ class LuaInterpreter:
         """Call a function of `sandbox.lua`; return its results after the status, or None if its only one is nil."""
         if self._has_ended:
             raise ScriptError(f"{self.name}: the script has ended")
+        switching, outer = self._api.switching, self._deadline
         if not self._depth:
             self._deadline = None
-            switching = self._api.switching
             switching.spent = switching.edited = switching.called = 0.0
+        elif switching.is_free:
+            self._deadline = None
         self._depth += 1
         try:
             answer: tuple[Any, ...] | bool | None = self._face[action](*arguments)
@@ -234,6 +236,8 @@ class LuaInterpreter:
             raise ScriptError(f"{self.name}: used more than {MEMORY_LIMIT >> 20} MiB of memory") from None
         finally:
             self._depth -= 1
+            if self._depth and switching.is_free:
+                self._deadline = outer
             if self._has_ended:
                 self.close()
             if self._raised and not self._depth:

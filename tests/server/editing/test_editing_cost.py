@@ -103,6 +103,7 @@ def test_many_copies_are_one_compile(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recompile, "compile_spec", counted)
     copies = copying.copy_objects(world.parts, [world.handle(f"b{i}") for i in range(50)])
     assert len(copies) == len(set(copies)) == 50
+    assert world.sim.model.nbody > 50
     assert compiled["all"] == 1
 
 

@@ -205,7 +205,11 @@ def test_another_scene_and_an_edit_while_stopped_end_it(open_lab: Open) -> None:
     lab.steps(3)
     lab.sim.stop()
     assert lab.history.steps == (0, 3), "a stop leaves it: why did it fall?"
-    assert v.simxCopyPasteObjects(lab.client, [lab.handle("post")], BLOCKING)[0] == 0
+    code, copies = v.simxCopyPasteObjects(lab.client, [lab.handle("post")], BLOCKING)
+    assert code == 0
+    assert (
+        v.simxGetObjectPosition(lab.client, copies[0], -1, BLOCKING)[0] == 0
+    )  # the copy is in the model now
     assert lab.history.steps is None
     lab.start()
     lab.steps(2)

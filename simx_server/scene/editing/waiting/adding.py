@@ -75,7 +75,11 @@ def add_objects(sim: LiveScene, late: Late) -> None:
 def may_add(sim: LiveScene, added: Addition) -> bool:
     """Return whether objects can wait for the compile. Raises CommandError: within a physics step."""
     refuse_in_physics(sim)
-    return sim.scene.keeps_ids and not any(added.registered.values())
+    return (
+        sim.scene.keeps_ids
+        and not any(added.registered.values())
+        and (sim.waiting is not None or not sim.scene.blueprint.reads_meshes)
+    )
 
 
 def _item(waiting: Waiting, added: Addition, each: SceneObject, handles: dict[int, int]) -> SceneObject:

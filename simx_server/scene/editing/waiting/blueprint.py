@@ -42,6 +42,12 @@ class Blueprint:
         return self._spec
 
     @property
+    def reads_meshes(self) -> bool:
+        """Return whether a compile reads meshes from disk, so that it fails when one of their files has gone."""
+        in_memory = self._spec.assets
+        return any(mesh.file and mesh.file not in in_memory for mesh in self._spec.meshes)
+
+    @property
     def spec(self) -> mujoco.MjSpec:
         """Return the spec with all changes; it must not be changed."""
         if self._changes:
