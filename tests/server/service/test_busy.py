@@ -80,12 +80,10 @@ def test_blocking_calls_of_others_are_refused_while_an_edit_takes_long(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     editor, other = world.client(), world.client()
-    cube = vrep.simxGetObjectHandle(editor, "cube", BLOCKING)[1]
+    cart = vrep.simxGetObjectHandle(editor, "cart", BLOCKING)[1]
     compiling = LongCompile(monkeypatch)
-    robot = vrep.simxGetObjectHandle(editor, "robot", BLOCKING)[1]
     made: list[int] = []
-    set_parent = vrep.simxSetObjectParent
-    edit = threading.Thread(target=lambda: made.append(set_parent(editor, cube, robot, True, BLOCKING)))
+    edit = threading.Thread(target=lambda: made.append(vrep.simxRemoveObject(editor, cart, BLOCKING)))
     edit.start()
     try:
         assert compiling.begun.wait(TIMEOUT)
@@ -98,9 +96,9 @@ def test_blocking_calls_of_others_are_refused_while_an_edit_takes_long(
         edit.join(TIMEOUT)
     assert code == vrep.simx_return_ok
     assert len(texts) == 1
-    assert "simxSetIntegerSignal: the server is busy with simxSetObjectParent of another client" in texts[0]
+    assert "simxSetIntegerSignal: the server is busy with simxRemoveObject of another client" in texts[0]
     assert "not executed, call again" in texts[0]
-    assert problems[0].startswith("simxSetObjectParent of loopback takes ")
+    assert problems[0].startswith("simxRemoveObject of loopback takes ")
     assert made[0] == vrep.simx_return_ok  # who edits waits for the result
     assert vrep.simxGetIntegerSignal(other, "kept", BLOCKING) == (vrep.simx_return_ok, 7)
     assert vrep.simxGetIntegerSignal(other, "refused", BLOCKING)[0] != vrep.simx_return_ok
@@ -157,10 +155,9 @@ def test_calls_that_only_a_socket_holds_are_refused_too(
                 submit(*held.pop())
 
     world.loop.service.watchers.add(Reader())
-    cube = vrep.simxGetObjectHandle(one, "cube", BLOCKING)[1]
+    cart = vrep.simxGetObjectHandle(one, "cart", BLOCKING)[1]
     compiling = LongCompile(monkeypatch)
-    robot = vrep.simxGetObjectHandle(one, "robot", BLOCKING)[1]
-    thread = threading.Thread(target=vrep.simxSetObjectParent, args=(one, cube, robot, True, BLOCKING))
+    thread = threading.Thread(target=vrep.simxRemoveObject, args=(one, cart, BLOCKING))
     thread.start()
     assert compiling.begun.wait(TIMEOUT)
     code = vrep.simxGetObjectHandle(other, "base", BLOCKING)[0]
