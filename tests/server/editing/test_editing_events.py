@@ -56,7 +56,7 @@ def test_new_part_hears_of_copies_and_of_scaling(world: World) -> None:
     assert list(world.sim.parts.registered_names()["note"]) == ["free"]
 
 
-@pytest.mark.parametrize("module", ["copying", "grafting", "scaling_objects"])
+@pytest.mark.parametrize("module", ["copying", "grafts/grafting", "scaling_objects"])
 def test_editing_names_no_part(module: str) -> None:
     text = (Path(editing.__path__[0]) / f"{module}.py").read_text()
     assert set(re.findall(r"world\.(\w+)", text)) <= {"simulation", "world"}
