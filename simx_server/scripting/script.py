@@ -371,12 +371,12 @@ class ScriptSide:
 
         def called(values: Sequence[Any]) -> tuple[Any, ...] | Waiting:
             interruptions.script_point()
-            waited, edited, model = interruptions.waited, interruptions.edited, sim.model
+            waited, edited, edition = interruptions.waited, interruptions.edited, sim.edition
             began = time.thread_time() if edits else 0.0
             try:
                 results = call(values)
             finally:
-                if sim.model is model:
+                if sim.edition == edition:
                     switching.spent += interruptions.waited - waited
                 else:  # an edit of the scene, whose costs grow with the scene
                     cost = time.thread_time() - began if edits else interruptions.edited - edited

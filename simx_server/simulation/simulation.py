@@ -396,12 +396,18 @@ class Simulation:
         self.changed()
         self.parts.tell(lambda part: part.scene_edited())
 
+    @property
+    def edition(self) -> object:
+        """Return a value that an edit of the scene changes. To read it compiles no edits that wait."""
+        return self.model if self.waiting is None else self.waiting.edits
+
     def compile_edits(self) -> None:
         """Compile the edits that wait, if there are any. A read of `model` or `data` calls this."""
         waiting, self.waiting = self.waiting, None
         if waiting is not None:
             self.scene, self.model, self.data = waiting.before, waiting.model, waiting.data
-            compile_waiting(self, waiting)
+            with self.interruptions.unasked_edit():
+                compile_waiting(self, waiting)
 
     def replace_model(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, twins: Twins) -> None:
         """Continue with an edited scene whose state was carried over (see `scene/editing/editing.py`)."""
