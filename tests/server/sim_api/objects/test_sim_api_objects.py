@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from sim_api_calls import ScriptWorld, world
 
+from simx_server.scene.editing import recompile
 from simx_server.scene.geometry.highlights import highlights_of
 
 __all__ = ["world"]
@@ -375,3 +376,20 @@ def test_the_type_of_a_link_decides_whether_physics_holds_its_dummies(world: Scr
         drifted.append(world.value("sim.getObjectPosition(cube, -1)")[0] - 2)
     assert drifted[0] == pytest.approx(0, abs=0.01)
     assert drifted[1] > 0.05
+
+
+def test_a_burst_of_a_scripts_edits_is_one_compile(
+    world: ScriptWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled: list[int] = []
+    compile_spec = recompile.compile_spec
+    monkeypatch.setattr(recompile, "compile_spec", lambda *given: compiled.append(1) or compile_spec(*given))
+    made = world.lua("""
+        local handles = {}
+        for i = 1, 20 do handles[i] = sim.createPrimitiveShape(sim.primitiveshape_cuboid, {0.1, 0.1, 0.1}, 0) end
+        return handles
+    """)[0]
+    assert len(set(made)) == 20
+    assert not compiled, "no call compiles what others have made"
+    assert world.lua(f"return sim.getObjectPosition({made[7]}, -1)")
+    assert len(compiled) == 1
