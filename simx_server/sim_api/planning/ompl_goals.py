@@ -49,7 +49,8 @@ class OmplGoals(OmplTasks, effect="changes"):
         """
         factors = _METRIC if metric is None else metric
         if len(factors) != len(_METRIC) or min(factors) < 0:
-            raise CommandError(f"a metric is 4 factors of at least 0: x, y, z, angle; not {list(factors)}")
+            given = list(factors) if len(factors) <= len(_METRIC) else f"{len(factors)} numbers"
+            raise CommandError(f"a metric is 4 factors of at least 0: x, y, z, angle; not {given}")
         if tolerance <= 0:
             raise CommandError("a tolerance is above 0")
         moved, still = self._self(robot), self._self(target)

@@ -250,6 +250,7 @@ def test_points_without_a_colour_have_that_of_the_cloud(world: ScriptWorld) -> N
 
 def test_a_script_does_not_answer_for_the_mesh_of_a_cloud_that_a_sensor_needs(world: ScriptWorld) -> None:
     world.lua("cloud = sim.createPointCloud(0.02, 20, 0, 3) sensor = sim.getObjectHandle('ray')")
+    world.lua("sim.handleProximitySensor(sensor)")  # the cloud itself is compiled here
     world.lua("sim.handleProximitySensor(sensor)")
     (script,) = world.parts.scripts.all()
     assert script.switching.edited == 0.0

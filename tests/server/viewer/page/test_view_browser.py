@@ -131,9 +131,14 @@ def test_the_tree_shows_the_objects_and_a_click_selects(place: Place) -> None:
     place.tab("Objects")
     for name in ("floor", "eye", "hinge", "arm"):
         place.button(re.compile(rf"\b{name} +· ")).wait_for()
-    place.button(re.compile(r"\beye +· ")).click()
     eye = place.client.object("eye").handle
-    assert place.until(lambda: v.simxGetObjectSelection(place.client.id, BLOCKING)[1] == [eye])
+    is_selected = lambda: v.simxGetObjectSelection(place.client.id, BLOCKING)[1] == [eye]  # noqa: E731
+    # Viser may drop a click on a busy machine while the tab is drawn for the first time.
+    for _ in range(3):
+        place.button(re.compile(r"\beye +· ")).click()
+        if wait_until(is_selected, SOON / 3, lambda: place.page.wait_for_timeout(50)):
+            break
+    assert is_selected()
     assert v.simxSetObjectSelection(place.client.id, [], BLOCKING) == v.simx_return_ok
 
 
