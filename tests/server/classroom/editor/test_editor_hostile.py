@@ -132,7 +132,7 @@ TOO_MUCH = {
             "threads|exit code 1",
         ),
     ],
-    "memory": [("data = []\nwhile True: data.append(bytearray(50 << 20))", "exit code 1")],
+    "memory": [("data = []\nwhile True: data.append(bytearray(50 << 20))", "exit code 1|too much memory")],
     "files": [
         ("open('large', 'wb').write(bytes(50 << 20))", "files exceed|exit code 1"),
         (
