@@ -22,6 +22,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 SOURCES = (
     Path("simx_server/joints/native/_physics_step.c"),
+    Path("simx_server/joints/native/_crew.c"),
     Path("simx_server/sensors/distance/native/_triangle_pairs.c"),
     Path("simx_server/sensors/proximity/native/_first_hit.c"),
     Path("simx_server/kinematics/least_squares/native/_least_squares.c"),
@@ -82,7 +83,7 @@ def _compile(root: Path, source: Path) -> str:
             *shlex.split(os.environ.get("CFLAGS", "")),
             *("-O2", "-std=c11", "-fvisibility=hidden"),
             "-ffp-contract=off",  # a fused multiplication rounds once, NumPy twice
-            f'-DSOURCE_HASH="{hashlib.sha256(source.read_bytes()).hexdigest()[:16]}"',
+            f'-DSOURCE_HASH="{source_hash(source)}"',
             *(f"-I{folder}" for folder in (python, headers)),
             *(str(source), "-o", str(new)),
             *_link_flags(),
@@ -92,6 +93,12 @@ def _compile(root: Path, source: Path) -> str:
             return f"the C compiler failed: {done.stderr.strip() or done.stdout.strip()}"
         new.replace(module)  # at once, since programs may be starting
     return ""
+
+
+def source_hash(source: Path) -> str:
+    """Return what tells a module of this source, and of the headers beside it, from an older one."""
+    texts = (source, *sorted(source.parent.glob("*.h")))
+    return hashlib.sha256(b"".join(each.read_bytes() for each in texts)).hexdigest()[:16]
 
 
 def _link_flags() -> list[str]:

@@ -28,6 +28,8 @@
 
 #include <mujoco/mujoco.h>
 
+#include "physics_step.h"
+
 #define PI 3.141592653589793
 
 /* as in ../stepping: separation.py, sliding.py, grip.py, noslip.py and ../servo.py */
@@ -65,13 +67,26 @@ static PyObject *model_type, *data_type, *fatal_error, *no_room;
 
 /* MuJoCo's errors do not return to their caller. As in its Python package, they jump to where the call began. */
 static _Thread_local jmp_buf* escape;
-static _Thread_local char problem[1024];
+static _Thread_local char problem[TEXT_SIZE];
+
+/* Takes the warnings of this thread, in place of the process' handler; NULL: that handler gets them. */
+static _Thread_local PhysicsReport* listener;
+
+static void copy_text(char text[TEXT_SIZE], const char source[TEXT_SIZE]) {
+  memcpy(text, source, TEXT_SIZE);
+  text[TEXT_SIZE - 1] = 0;
+}
 
 static void on_message(const mjLogMessage* message) {
   if (message->level == mjLOG_ERROR && escape) {
-    memcpy(problem, message->subject, sizeof(problem));
-    problem[sizeof(problem) - 1] = 0;
+    copy_text(problem, message->subject);
     longjmp(*escape, 1);
+  }
+  if (message->level == mjLOG_WARNING && listener) {
+    if (listener->warning_count < MOST_WARNINGS) {
+      copy_text(listener->warnings[listener->warning_count++], message->subject);
+    }
+    return;
   }
   mjfLogHandler handler = mj.getHandler();
   if (handler) {
@@ -638,10 +653,6 @@ static void hold_kinematic(PhysicsStep* s) {
 
 //------------------------------------------ steps -------------------------------------------------
 
-enum { LIMIT_SEPARATION = 1, KEEP_DOWN = 2, LAST_FORCE = 4, UPDATE = 8 }; /* as in ../stepping/stepper.py */
-
-enum { WELL, NO_ROOM, EXCEPTION };
-
 static double seconds(void) {
   struct timespec now;
 #ifdef _WIN32
@@ -767,6 +778,30 @@ static int advance(PhysicsStep* s, Py_ssize_t end, Py_ssize_t count, double limi
   return WELL;
 }
 
+/* Make steps without the interpreter's lock, in a thread with this state. */
+static int run_steps(PhysicsStep* s, Py_ssize_t made, Py_ssize_t end, Py_ssize_t count, double limit, int flags,
+                     PyThreadState** thread) {
+  s->is_running = 1;
+  s->made = made;
+  s->thread = *thread;
+  restore_noslip(s);
+
+  jmp_buf here, *before = escape;
+  volatile int result = FAILED;
+  mjfLogHandler handler = mj.setThreadsHandler(on_message);
+  escape = &here;
+  if (setjmp(here) == 0) {
+    result = advance(s, end, count, limit, flags);
+  }
+  escape = before;
+  mj.setThreadsHandler(handler);
+
+  *thread = s->thread;
+  restore_noslip(s);
+  s->is_running = 0;
+  return result;
+}
+
 PyDoc_STRVAR(run_doc, "run(made, end, count, seconds, flags)\n\n"
 "Make physics steps from number `made` to before `end` of the `count` of a simulation step, without the interpreter's\n"
 "lock, until this many seconds have passed. Returns the number of physics steps made in this simulation step.");
@@ -787,31 +822,14 @@ static PyObject* run(PyObject* self, PyObject* args) {
     PyErr_SetString(PyExc_RuntimeError, "a physics step is in progress");
     return NULL;
   }
-  s->is_running = 1;
-  s->made = made;
-  restore_noslip(s);
+  PyThreadState* thread = PyEval_SaveThread();
+  int result = run_steps(s, made, end, count, limit, flags, &thread);
+  PyEval_RestoreThread(thread);
 
-  jmp_buf here, *before = escape;
-  volatile int result = EXCEPTION;
-  volatile int has_failed = 0;
-  s->thread = PyEval_SaveThread();
-  mjfLogHandler handler = mj.setThreadsHandler(on_message);
-  escape = &here;
-  if (setjmp(here) == 0) {
-    result = advance(s, end, count, limit, flags);
-  } else {
-    has_failed = 1;
-  }
-  escape = before;
-  mj.setThreadsHandler(handler);
-  PyEval_RestoreThread(s->thread);
-
-  restore_noslip(s);
-  s->is_running = 0;
   if (PyErr_Occurred()) { /* of a function that MuJoCo or this file has called */
     return NULL;
   }
-  if (has_failed) {
+  if (result == FAILED) {
     PyErr_SetString(fatal_error, problem);
     return NULL;
   }
@@ -821,6 +839,42 @@ static PyObject* run(PyObject* self, PyObject* args) {
   }
   return PyLong_FromSsize_t(s->made);
 }
+
+
+//------------------------------------------ for _crew.c -------------------------------------------
+
+static int run_for_crew(PyObject* step, Py_ssize_t made, Py_ssize_t end, Py_ssize_t count, double limit, int flags,
+                        PyThreadState** thread, PhysicsReport* report) {
+  PhysicsStep* s = (PhysicsStep*)step;
+  report->warning_count = 0;
+  s->is_finite = 1;
+  s->has_diverged = 0;
+  listener = report;
+  int result = run_steps(s, made, end, count, limit, flags, thread);
+  listener = NULL;
+  report->made = s->made;
+  report->seconds = s->seconds;
+  report->has_diverged = s->has_diverged;
+  report->is_finite = s->is_finite;
+  report->has_deep_contacts = s->has_deep_contacts;
+  if (result == FAILED) {
+    copy_text(report->problem, problem);
+  }
+  return result;
+}
+
+static mjModel* model_of(PyObject* step) { return ((PhysicsStep*)step)->m; }
+static mjData* data_of(PyObject* step) { return ((PhysicsStep*)step)->d; }
+
+static double* numbers_of(PyObject* step, int column, Py_ssize_t* count) {
+  if (column < 0 || column >= COLUMNS || columns[column].indexes != NUMBER) {
+    return NULL;
+  }
+  *count = length((PhysicsStep*)step, column);
+  return real((PhysicsStep*)step, column);
+}
+
+static PhysicsStepApi api = {run_for_crew, model_of, data_of, numbers_of, COLUMNS, POSITION_TARGET, MEAN_FORCE};
 
 
 //------------------------------------------ making ------------------------------------------------
@@ -1052,7 +1106,9 @@ PyMODINIT_FUNC PyInit__physics_step(void) {
   PyObject* module = PyModule_Create(&definition);
   PyObject* type = module ? PyType_FromSpec(&spec) : NULL;
   no_room = type ? PyErr_NewException("simx_server.joints.native._physics_step.NoRoom", NULL, NULL) : NULL;
-  if (!no_room || PyModule_AddObjectRef(module, "PhysicsStep", type) < 0 ||
+  PyObject* offered = no_room ? PyCapsule_New(&api, PHYSICS_STEP_API, NULL) : NULL;
+  if (!offered || PyModule_AddObjectRef(module, "PhysicsStep", type) < 0 ||
+      PyModule_AddObjectRef(module, "API", offered) < 0 ||
       PyModule_AddObjectRef(module, "NoRoom", no_room) < 0 ||
       PyModule_AddIntConstant(module, "HEADER", mjVERSION_HEADER) < 0 ||
       PyModule_AddIntConstant(module, "LIMIT_SEPARATION", LIMIT_SEPARATION) < 0 ||
@@ -1063,6 +1119,7 @@ PyMODINIT_FUNC PyInit__physics_step(void) {
     Py_XDECREF(module);
     module = NULL;
   }
+  Py_XDECREF(offered);
   Py_XDECREF(type);
   return module;
 }

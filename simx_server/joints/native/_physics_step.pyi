@@ -11,6 +11,7 @@ LIMIT_SEPARATION: int
 KEEP_DOWN: int
 LAST_FORCE: int
 UPDATE: int
+API: object
 
 class NoRoom(Exception): ...
 

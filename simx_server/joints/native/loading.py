@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -35,6 +36,10 @@ _FUNCTIONS = (
     "mj_camlight",
     "mj_flex",
     "mj_tendon",
+    "mj_resetData",
+    "mj_stateSize",
+    "mj_getState",
+    "mj_setState",
     "_mjPRIVATE_setTlsLogHandler",
     "_mjPRIVATE_getGlobalLogHandler",
 )
@@ -66,27 +71,58 @@ def form() -> Form:
     return _load()
 
 
+def crew_form() -> Form:
+    """Return the form in which worlds step together in threads: there is none but the compiled one."""
+    steps = form()
+    return steps if steps.module is None else _load_crew()
+
+
 @cache
 def _load() -> Form:
-    found = _import("_physics_step", __package__)
+    def connect(module: ModuleType) -> None:
+        module.connect(_addresses(), mujoco.MjModel, mujoco.MjData, mujoco.FatalError)
+
+    return _load_connected(SOURCE, connect)
+
+
+@cache
+def _load_crew() -> Form:
+    steps = _load().module
+
+    def connect(module: ModuleType) -> None:
+        assert steps is not None
+        module.connect(_addresses(), steps.API, steps.PhysicsStep)
+
+    return _load_connected(SOURCE.with_name("_crew.c"), connect)
+
+
+def _load_connected(source: Path, connect: Callable[[ModuleType], None]) -> Form:
+    """Import a module that uses MuJoCo, and connect it.
+
+    Args:
+        source: its C file.
+        connect: passes the addresses of MuJoCo's functions to the module.
+    """
+    found = _import(source.stem, __package__)
     if (module := found.module) is None:
         return found
     if mujoco.mj_version() != module.HEADER:
         return Form(
             None, f"the module was compiled for MuJoCo {module.HEADER}, and {mujoco.mj_version()} is running"
         )
-    if SOURCE.exists() and source_hash() != module.SOURCE_HASH:
+    if source.exists() and source_hash(source) != module.SOURCE_HASH:
         return Form(None, "the compiled module is older than its source")
     try:
-        module.connect(_addresses(), mujoco.MjModel, mujoco.MjData, mujoco.FatalError)
+        connect(module)
     except (OSError, AttributeError, KeyError, StopIteration) as error:
         return Form(None, f"the functions of MuJoCo's library are not found ({error})")
     return Form(module, f"compiled for MuJoCo {mujoco.mj_versionString()}")
 
 
 def source_hash(source: Path = SOURCE) -> str:
-    """Return what the build writes into a module, to tell an old one from its source."""
-    return hashlib.sha256(source.read_bytes()).hexdigest()[:16]
+    """Return what the build writes into a module, to tell an old one from its source and the headers beside it."""
+    texts = (source, *sorted(source.parent.glob("*.h")))
+    return hashlib.sha256(b"".join(each.read_bytes() for each in texts)).hexdigest()[:16]
 
 
 def form_without_mujoco(source: Path, package: str | None, variable: str) -> Form:
