@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from simx_client.calls.answers import Answer
+from simx_client.calls.marshalling import Marshal
 from simx_client.calls.strict import Strict
 from simx_client.connection.calls import Calls
 from simx_client.connection.exchange import Exchange, Party, connection_of
@@ -22,6 +23,8 @@ from simx_client.legacy.local import simxFinish, simxStart
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from simx_client.transport.direct import Crew, Plan, Refusal
 
 T = TypeVar("T")
 Record = Callable[[Calls, int], T]
@@ -169,6 +172,30 @@ class Servers(Strict):
         return self._look(
             [[*calls.noted, *watched] for calls, watched in zip(recorders, self._watched, strict=True)]
         )
+
+    def crew(self, plan: Plan, threads: int) -> Crew:
+        """Return what steps simulations of this process together; see `simx_client.transport.direct`.
+
+        Args:
+            plan: what they do in each step.
+            threads: number of threads, with that of the caller.
+
+        Raises:
+            ConnectionFailed: they are not in this process, or cannot step in threads; the text gives the reason.
+        """
+        from simx_client.connection.embedded import EmbeddedConnection  # few programs need it
+
+        links = [each.link for each in self._connections if isinstance(each, EmbeddedConnection)]
+        if len(links) < len(self._connections):
+            raise ConnectionFailed("threads can only step simulations of this process")
+        return links[0].crew_of(links, plan, threads)
+
+    def failure_of(self, refusal: Refusal) -> Failure:
+        """Return the failure of a call of a crew."""
+        where = self._connections[refusal.place].where
+        answer: Answer[Any] = Answer(Marshal(refusal.command), refusal.arguments, refusal.place, where)
+        answer.take(refusal.reply)
+        return answer.failure
 
     def _look(self, noted: Sequence[Sequence[Answer[Any]]]) -> NDArray[np.float64]:
         """Make calls, including the watched ones, and gather the watched values."""

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from simx_client.calls.marshalling import Marshal
+from simx_client.errors import ConnectionFailed
 from simx_client.protocol import constants as c
 from simx_client.protocol.messages import STATUS_OK, Delivery, Pace, Reply, of_fields
 from simx_client.transport.direct import DirectFunction, DirectTransport, ShortWay, StreamWay
@@ -47,6 +48,17 @@ class EmbeddedConnection(Connection):
             return transport
 
         super().__init__(opened, where=where, timeout=timeout, may_reconnect=False, pace=pace)
+
+    @property
+    def link(self) -> DirectTransport:
+        """Return the link to the server.
+
+        Raises:
+            ConnectionFailed: there is none.
+        """
+        if self._direct is None:
+            raise ConnectionFailed("the connection was not made")
+        return self._direct
 
     def invoke(self, marshal: Marshal, arguments: tuple[Any, ...], mode: int) -> Any:
         """Make one legacy call in one operation mode; return the result of the legacy function."""

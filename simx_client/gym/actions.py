@@ -14,9 +14,9 @@ import numpy as np
 from gymnasium.spaces import Box, Discrete, MultiDiscrete
 from numpy.typing import NDArray
 
-from .lookup import Objects
-from .names import Name, Subject, read_name
-from .writable import WRITABLE, Writable
+from .quantities.lookup import Objects
+from .quantities.names import Name, Subject, read_name
+from .quantities.writable import WRITABLE, Writable
 
 Bound = float | Sequence[float]
 
@@ -87,6 +87,20 @@ class _Part:
             for number, low, high in zip(clipped, self._low, self._high, strict=True)
         ]
 
+    def rows(self, actions: NDArray[Any], before: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the numbers to set in many simulations, as `values`.
+
+        Args:
+            actions: (n, numbers of this part); indexes of choices, (n, 1).
+            before: values of the increment before this step, (n, size).
+        """
+        if isinstance(self.how, Choices):
+            return np.array(self._choices)[actions[:, 0]]
+        clipped = np.maximum(np.minimum(actions, 1.0), -1.0)
+        if isinstance(self.how, Increment):
+            return np.maximum(np.minimum(before + clipped * np.array(self._sizes), self.high), self.low)
+        return self.low + (clipped + 1.0) / 2.0 * (self.high - self.low)
+
     @cached_property
     def _low(self) -> list[float]:
         return self.low.tolist()
@@ -147,6 +161,46 @@ class Actions:
             part.values(numbers[place], before.get(part.name.text))
             for part, place in zip(self.parts, self._places, strict=True)
         ]
+
+    @property
+    def first(self) -> Any:
+        """Return the action whose numbers are 0: the middles of ranges, or the first choices."""
+        return 0 if isinstance(self.space, Discrete) else np.zeros(self.space.shape or (), self.space.dtype)
+
+    def rows(
+        self, actions: Any, before: Mapping[str, NDArray[np.float64]], count: int
+    ) -> list[NDArray[np.float64]] | None:
+        """Return the numbers to set for each part in many simulations, as `values` for each of them.
+
+        Args:
+            actions: an element of the batched space.
+            before: values of the increments before this step by name, (n, size).
+            count: number of simulations.
+
+        Returns:
+            None: `values` has to look at each action; it tells what is not valid.
+        """
+        array = np.asarray(actions)
+        if array.shape != (count, *(self.space.shape or ())):
+            return None
+        if self._is_discrete:
+            ends = (
+                self.space.nvec if isinstance(self.space, MultiDiscrete) else [cast("Discrete", self.space).n]
+            )
+            array = array.reshape(count, -1)
+            if not np.issubdtype(array.dtype, np.integer) or not ((array >= 0) & (array < ends)).all():
+                return None
+        else:
+            array = array.astype(np.float64)
+            if not np.isfinite(array).all():
+                return None
+        return [
+            part.rows(array[:, place], before.get(part.name.text, _NONE))
+            for part, place in zip(self.parts, self._places, strict=True)
+        ]
+
+
+_NONE = np.zeros(0)
 
 
 def _part(name: Name, how: How, objects: Objects) -> _Part:

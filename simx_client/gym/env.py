@@ -19,10 +19,11 @@ from simx_client.protocol import constants as c
 from simx_client.randomization import Randomize
 
 from .actions import How
-from .episodes import Episodes
 from .observations import Observed
-from .opening import check_place, open_addresses, open_alone
 from .rendering import MODES, Film, RealTime, check_mode, open_browser
+from .running.episodes import Episodes
+from .running.opening import check_place, open_addresses, open_alone
+from .running.together import Running, Together
 from .task import Start, State, Task
 
 
@@ -157,12 +158,13 @@ class SimxEnv(gymnasium.Env[Any, Any]):
                 servers, self.view_address = open_alone(self.task.scene, self._timeout, self._settings, stack)
             else:
                 servers = open_addresses([self._address], self._timeout, stack)
-            self._episodes = Episodes(self.task, servers)
+            self._running = Running(Episodes(self.task, servers))
+            self._may_join = self._address is None
             self._film = Film(servers, self.task.camera) if self.render_mode == "rgb_array" else None
             seconds = self.task.frame_skip * (self.task.time_step or _time_step(servers))
             self.metadata = {**type(self).metadata, "render_fps": max(1, round(1 / seconds))}
             self._clock = RealTime(seconds) if self.render_mode == "human" else None
-            stack.callback(self._episodes.end)
+            stack.callback(self._running.end)
             self._close = weakref.finalize(self, stack.pop_all().close)
         if self.view_address:
             open_browser(self.view_address)
@@ -195,10 +197,16 @@ class SimxEnv(gymnasium.Env[Any, Any]):
             self._connect()
             self.np_random.bit_generator.state = state  # the lost simulation has used none of it
             self._episodes.start({0: self.np_random})
+        if self._may_join:
+            self._may_join = False
+            self._running.join_if_whole()
         if self._clock is not None:
             self._clock.restart()
-        now = self._episodes.states[0]
-        return self._episodes.observations.make(now), _info(self.task, now)
+        return self._episodes.observation(0), self.task.info_of(self._episodes.state(0))
+
+    @property
+    def _episodes(self) -> Episodes | Together:
+        return self._running.episodes
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Make one step. Numbers of an action outside of -1..1 count as the nearest of them.
@@ -207,29 +215,28 @@ class SimxEnv(gymnasium.Env[Any, Any]):
             CallsFailed: the simulation is gone, or refused a call.
             ValueError: the action is not valid.
         """
-        self._episodes.step({0: action})
+        episodes = self._running.episodes
+        episodes.step(_ONE, (action,))
         if self._clock is not None:
             self._clock.wait()
-        now = self._episodes.states[0]
-        reward, is_done = judge(self.task, now)
-        return self._episodes.observations.make(now), reward, is_done, False, _info(self.task, now)
+        now = episodes.state(0)
+        reward, is_done = self.task.judge(now)
+        return episodes.observations.make(now), reward, is_done, False, self.task.info_of(now)
 
     def render(self) -> NDArray[np.uint8] | None:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Return the image of the camera with ``render_mode="rgb_array"``; otherwise None."""
-        return None if self._film is None else self._film.images()[0]
+        if self._film is None:
+            return None
+        self._episodes.prepare_calls()
+        return self._film.images()[0]
 
     def close(self) -> None:
         """Stop the simulation; end it, or disconnect from its server. Idempotent; ``reset`` opens it again."""
         self._close()
 
 
-def judge(task: Task, now: State) -> tuple[float, bool]:
-    """Return the reward of a state, and whether it ends the episode."""
-    return float(task.reward(now)), task.done is not None and bool(task.done(now))
-
-
-def _info(task: Task, now: State) -> dict[str, Any]:
-    return {} if task.info is None else task.info(now)
+_ONE = (0,)
+"""The place of the only simulation."""
 
 
 def _time_step(servers: Servers) -> float:

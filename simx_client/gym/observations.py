@@ -9,15 +9,16 @@ from typing import Any
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict
+from gymnasium.vector.utils import concatenate, create_empty_array
 from numpy.typing import NDArray
 
 from simx_client.client.servers import Servers
 from simx_client.connection.calls import Calls
 from simx_client.protocol import constants as c
 
-from .lookup import Objects
-from .names import Name, Subject, read_name
-from .readable import READABLE, Readable
+from .quantities.lookup import Objects
+from .quantities.names import Name, Subject, read_name
+from .quantities.readable import READABLE, Readable
 
 Observed = str | Sequence[str]
 """Name of one quantity, or of several whose numbers form one array."""
@@ -96,6 +97,28 @@ class Observations:
         """Return the observation for the values of all names, as new arrays."""
         arrays = {
             key: np.array(values[texts[0]]) if self._is_images[key] else _numbers(values, texts)
+            for key, texts in self._groups.items()
+        }
+        return arrays if self._is_dictionary else arrays[""]
+
+    def is_array_of(self, texts: Sequence[str]) -> bool:
+        """Return whether the observation is one array of the numbers with these names, in their order."""
+        return not self._is_dictionary and self._groups[""] == list(texts) and not self._is_images[""]
+
+    def stacked(self, made: Sequence[Any]) -> Any:
+        """Return the observations of several simulations as one, from those that `make` returned."""
+        return concatenate(self.space, made, create_empty_array(self.space, len(made)))
+
+    def rows(self, columns: Mapping[str, NDArray[np.float64]]) -> Any:
+        """Return the observations of many simulations, as new arrays.
+
+        Args:
+            columns: numbers of all names, (n, size); none of them is an image.
+        """
+        arrays = {
+            key: np.concatenate(
+                [columns[text] for text in texts], axis=1, dtype=np.float32, casting="same_kind"
+            )
             for key, texts in self._groups.items()
         }
         return arrays if self._is_dictionary else arrays[""]

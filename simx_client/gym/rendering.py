@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from simx_client.client.servers import Servers
 from simx_client.protocol import constants as c
 
-from .lookup import Objects
-from .names import WORLD, Subject, read_name
 from .observations import Reading, find_reading
-from .readable import READABLE
+from .quantities.lookup import Objects
+from .quantities.names import WORLD, Subject, read_name
+from .quantities.readable import READABLE
 
 MODES = ("rgb_array", "human")
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")

@@ -52,6 +52,10 @@ class Task:
     frame_skip: int = 1
     camera: str | None = None
     randomize: Randomize | None = None
+    vectorized: bool = False
+    """Whether `reward` and `done` also take the states of many simulations as one, with arrays of a row for each.
+    It saves the time of calling them for each simulation.
+    """
 
     def __post_init__(self) -> None:
         if self.frame_skip < 1:
@@ -59,13 +63,21 @@ class Task:
         if self.time_step is not None and not 0 < self.time_step < np.inf:
             raise ValueError(f"time_step must be greater than 0 s, not {self.time_step}")
 
+    def judge(self, now: State) -> tuple[float, bool]:
+        """Return the reward of a state, and whether it ends the episode."""
+        return float(self.reward(now)), self.done is not None and bool(self.done(now))
+
+    def info_of(self, now: State) -> dict[str, Any]:
+        """Return the information about a state."""
+        return {} if self.info is None else self.info(now)
+
     def draw_start(self, random: np.random.Generator) -> dict[str, list[float]]:
         """Return the values that an episode starts with."""
         start = self.start(random) if callable(self.start) else self.start or {}
-        drawn = {
-            text: value.draw if isinstance(value, Distribution) else value for text, value in start.items()
-        }
-        return {
-            text: np.atleast_1d(value(random) if callable(value) else value).tolist()
-            for text, value in drawn.items()
-        }
+        # By name: to ask for the protocol takes longer than to draw.
+        drawn: dict[str, Any] = {text: getattr(value, "draw", value) for text, value in start.items()}
+        return {text: _listed(value(random) if callable(value) else value) for text, value in drawn.items()}
+
+
+def _listed(value: Any) -> list[float]:
+    return [value] if value.__class__ is float else np.atleast_1d(value).tolist()

@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 from gymnasium import Space
 from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
+from gymnasium.vector.utils import batch_space, iterate
 from numpy.typing import NDArray
 
 from simx_client.connection.timeouts import DEFAULT_TIMEOUT
 from simx_client.errors import SimxError
 
-from . import placing
-from .env import judge
-from .episodes import Episodes
-from .opening import check_place, open_addresses
 from .rendering import Film, check_mode
-from .task import State, Task
+from .running import placing
+from .running.episodes import Episodes
+from .running.opening import check_place, open_addresses
+from .running.together import Running, Together
+from .task import Task
 
 _MODES = ("rgb_array",)
 
@@ -47,6 +47,7 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
         num_envs: int = 1,
         *,
         processes: int | None = None,
+        threads: int | None = None,
         addresses: Sequence[str] | None = None,
         max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
@@ -59,7 +60,10 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
         Args:
             task: see `SimxEnv` for its fields.
             num_envs: number of simulations.
-            processes: number of worker processes; 0: all in this process; default: a measurement at the start decides.
+            processes: number of worker processes; 0: all in this process; default: the scene and a measurement at the
+                start decide.
+            threads: number of threads of this process that step the simulations together, 0 for none; default: one per
+                processor core, if the scene and the task allow it.
             addresses: servers to use instead, one per simulation.
             max_episode_steps: number of steps after which an episode is truncated.
             autoreset_mode: when a simulation starts its next episode: with the next step (Gymnasium's default), within
@@ -75,15 +79,18 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
         """
         check_mode(render_mode, _MODES)
         check_place(addresses, settings)
-        if addresses is not None and (len(addresses) != num_envs or processes is not None):
+        if addresses is not None and (
+            len(addresses) != num_envs or processes is not None or threads is not None
+        ):
             raise ValueError(
-                f"num_envs={num_envs} needs as many addresses, not {len(addresses)}, and no number of processes"
+                f"num_envs={num_envs} needs as many addresses, not {len(addresses)}, and no number of processes or "
+                "threads"
             )
         if max_episode_steps is not None and max_episode_steps < 1:
             raise ValueError(f"max_episode_steps must be at least 1, not {max_episode_steps}")
         self.task, self.num_envs, self.render_mode = task, num_envs, render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self._place = (processes, addresses, timeout, settings)
+        self._place = (placing.Wanted(processes, threads), addresses, timeout, settings)
         self._limit = max_episode_steps
         self._end: weakref.finalize[..., Any] | None = None
         self._connect()
@@ -99,17 +106,18 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
     def _connect(self) -> None:
         if self._end is not None:
             self._end()
-        processes, addresses, timeout, settings = self._place
+        wanted, addresses, timeout, settings = self._place
         with ExitStack() as stack:
             if addresses is None:
-                servers, self.backend = placing.start(
-                    self.task, self.num_envs, processes, timeout, settings, stack
+                servers, self.backend, self._threads = placing.start(
+                    self.task, self.num_envs, wanted, timeout, settings, stack
                 )
             else:
                 servers, self.backend = open_addresses(addresses, timeout, stack), "servers at `addresses`"
-            self._episodes = Episodes(self.task, servers)
+                self._threads = 0
+            self._running = Running(Episodes(self.task, servers))
             self._film = Film(servers, self.task.camera) if self.render_mode == "rgb_array" else None
-            stack.callback(self._episodes.end)
+            stack.callback(self._running.end)
             self._end = weakref.finalize(self, stack.pop_all().close)
 
     def reset(
@@ -148,7 +156,9 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
                     np.random.PCG64(np.random.SeedSequence(seeds[place]))
                 )
         self._start(places)
-        return self._observations(), self._infos(places)
+        if self._threads:
+            self._running.join(self._threads)
+        return self._episodes.observe(), self._infos(places)
 
     def step(
         self, actions: Any
@@ -159,24 +169,24 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
             CallsFailed: a simulation is gone, or refused a call; `reset` starts all of them again.
             ValueError: an action is not valid, or a simulation has to be reset first.
         """
-        everywhere = range(self.num_envs)
+        everywhere, episodes = range(self.num_envs), self._episodes
         resting = set(np.flatnonzero(self._is_over).tolist())
         if resting and self.autoreset_mode is AutoresetMode.DISABLED:
             raise ValueError(
                 f"the episodes of simulations {sorted(resting)} are over; reset them with options={{'reset_mask': …}}"
             )
-        rows = list(iterate(self.action_space, actions))
-        if len(rows) != self.num_envs:
-            raise ValueError(f"{self.num_envs} simulations need as many actions, not {len(rows)}")
-        stepped = [place for place in everywhere if place not in resting]
-        self._episodes.step({place: rows[place] for place in stepped})
-        rewards = np.zeros(self.num_envs)
-        terminated, truncated = np.zeros(self.num_envs, bool), np.zeros(self.num_envs, bool)
-        self._steps[stepped] += 1
-        for place in stepped:
-            rewards[place], terminated[place] = judge(self.task, self._state(place))
-        if self._limit is not None:
-            truncated[stepped] = self._steps[stepped] >= self._limit
+        if not isinstance(actions, np.ndarray):
+            actions = list(iterate(self.action_space, actions))
+        if len(actions) != self.num_envs:
+            raise ValueError(f"{self.num_envs} simulations need as many actions, not {len(actions)}")
+        stepped = [place for place in everywhere if place not in resting] if resting else everywhere
+        episodes.step(stepped, actions)
+        self._steps += ~self._is_over
+        rewards, terminated = episodes.judge(stepped)
+        if self._limit is None:
+            truncated = np.zeros(self.num_envs, bool)
+        else:
+            truncated = (self._steps >= self._limit) & ~self._is_over
         if resting:
             self._start(sorted(resting))
         self._is_over = terminated | truncated
@@ -184,20 +194,27 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
         if self.autoreset_mode is AutoresetMode.SAME_STEP and self._is_over.any():
             over = np.flatnonzero(self._is_over).tolist()
             for place in over:
-                now = self._state(place)
-                final = {"final_obs": self._episodes.observations.make(now), "final_info": self._info(now)}
+                final_info = self.task.info_of(episodes.state(place))
+                final = {"final_obs": episodes.observation(place), "final_info": final_info}
                 infos = self._add_info(infos, final, place)
             self._start(over)
-        return self._observations(), rewards, terminated, truncated, self._infos(everywhere, infos)
+        return episodes.observe(), rewards, terminated, truncated, self._infos(everywhere, infos)
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """Return an image of each simulation with ``render_mode="rgb_array"``; otherwise None."""
-        return None if self._film is None else tuple(self._film.images())
+        if self._film is None:
+            return None
+        self._episodes.prepare_calls()
+        return tuple(self._film.images())
 
     def close_extras(self, **_: Any) -> None:
         """End the simulations, or disconnect from their servers; Gymnasium's ``close`` calls this."""
         if self._end is not None:
             self._end()
+
+    @property
+    def _episodes(self) -> Episodes | Together:
+        return self._running.episodes
 
     def _start(self, places: Sequence[int]) -> None:
         self._episodes.start({place: self._random[place] for place in places})
@@ -215,19 +232,9 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
             raise ValueError(f"reset_mask must be {self.num_envs} bools with at least one True, not {mask!r}")
         return np.flatnonzero(mask).tolist()
 
-    def _state(self, place: int) -> State:
-        return self._episodes.states[place]
-
-    def _info(self, now: State) -> dict[str, Any]:
-        return {} if self.task.info is None else self.task.info(now)
-
     def _infos(self, places: Iterable[int], infos: dict[str, Any] | None = None) -> dict[str, Any]:
         infos = {} if infos is None else infos
-        for place in places:
-            infos = self._add_info(infos, self._info(self._state(place)), place)
+        if self.task.info is not None:
+            for place in places:
+                infos = self._add_info(infos, self.task.info_of(self._episodes.state(place)), place)
         return infos
-
-    def _observations(self) -> Any:
-        space = self.single_observation_space
-        made = [self._episodes.observations.make(self._state(place)) for place in range(self.num_envs)]
-        return concatenate(space, made, create_empty_array(space, self.num_envs))

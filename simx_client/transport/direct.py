@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import Delivery, Reply
 
 from .transport import Transport
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 DirectFunction = Callable[[list[Any], float], Reply | None]
 """Executes one command: marshalled arguments and a time-out in seconds to the reply, with the id 0. The result is None
@@ -26,6 +30,105 @@ StreamWay = Callable[[Sequence[Any], int], tuple[int, Any] | None]
 """Reads the newest value of a stream: takes the arguments as the script gave them, and the stream's id; returns the
 simulated time of the value in ms and the result of the legacy function. None: the values have to be taken.
 """
+
+
+Noted = Sequence[tuple[Command, list[Any]]]
+"""Commands with their marshalled arguments."""
+
+
+class Plan(NamedTuple):
+    """What several worlds do in each step of their crew, and at the start of an episode; each has an entry by world.
+
+    The numbers among the arguments of writes are replaced by those of each step: numbers of a list one by one.
+    """
+
+    starts: Sequence[Noted] | None
+    """Writes at the start of an episode, right after the start of the simulation; None: also others are made then."""
+
+    writes: Sequence[Noted]
+    """Writes before the simulation steps."""
+
+    steps: int
+    """Number of simulation steps."""
+
+    reads: Sequence[Noted]
+    """Reads after them; each returns numbers only."""
+
+
+class Refusal(NamedTuple):
+    """A call of a crew's step that failed."""
+
+    place: int
+    command: Command
+    arguments: list[Any]
+    reply: Reply
+
+
+class Crew(Protocol):
+    """Worlds of this process that step together, in threads."""
+
+    widths: tuple[int, int, Sequence[int]]
+    """Numbers of the starts and of the writes of a world, and of each of its reads."""
+
+    def reason_against(self, place: int) -> str | None:
+        """Return why threads cannot make the physics of a world now; None: they can. Call it in an episode."""
+        ...
+
+    def physics_seconds(self, place: int) -> float:
+        """Return how long the physics of the last simulation step of a world took."""
+        ...
+
+    @property
+    def is_whole(self) -> bool:
+        """Return whether compiled code does everything of a step of all worlds, as far as is known now."""
+        ...
+
+    def started(self, places: NDArray[np.intp], results: NDArray[np.float64]) -> None:
+        """Note that calls have started an episode in some worlds, with the starts of the plan; read their state.
+
+        Args:
+            places: indexes of the worlds.
+            results: receives the numbers of the reads, worlds × numbers.
+        """
+        ...
+
+    def give_back(self, places: Sequence[int] | None = None) -> None:
+        """Prepare worlds, or all, for calls: those would be slower otherwise. The next step needs no preparation."""
+        ...
+
+    def restart(
+        self, places: NDArray[np.intp], values: NDArray[np.float64], results: NDArray[np.float64]
+    ) -> NDArray[np.intp]:
+        """Start another episode in some worlds.
+
+        Args:
+            places: indexes of the worlds, rising.
+            values: numbers of the starts, worlds × numbers.
+            results: receives the numbers of the reads, worlds × numbers.
+
+        Returns:
+            Places where nothing was done: calls have to start the episode.
+        """
+        ...
+
+    def step(
+        self, places: NDArray[np.intp], values: NDArray[np.float64], results: NDArray[np.float64]
+    ) -> list[Refusal]:
+        """Write, make the simulation steps and read, in some worlds.
+
+        Args:
+            places: indexes of the worlds, rising.
+            values: numbers of the writes, worlds × numbers.
+            results: receives the numbers of the reads, worlds × numbers.
+
+        Returns:
+            The calls that failed; the other worlds have made the step.
+        """
+        ...
+
+    def close(self) -> None:
+        """End the threads, and give the worlds back. Idempotent."""
+        ...
 
 
 class DirectTransport(Transport, Protocol):
@@ -89,6 +192,19 @@ class DirectTransport(Transport, Protocol):
     @property
     def scene_id(self) -> int | None:
         """Return the number of the scene in `header`, without making it."""
+        ...
+
+    def crew_of(self, links: Sequence[DirectTransport], plan: Plan, threads: int) -> Crew:
+        """Return what steps the worlds of several links together, each of which has no other client.
+
+        Args:
+            links: those of the worlds; this one is among them.
+            plan: what they do in each step.
+            threads: number of threads, with that of the caller.
+
+        Raises:
+            ConnectionFailed: the worlds of this server cannot step in threads; the text gives the reason.
+        """
         ...
 
     def header(self, message_id: int, client_time: int) -> Delivery | None:

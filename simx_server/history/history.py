@@ -176,6 +176,9 @@ class History(Watcher):
         if self._service.executor.log_of_calls is not None:
             self._keep(self._log.take())
 
+    def awaits_steps(self) -> bool:
+        return bool(self._wanted_by) or self._service.executor.log_of_calls is not None
+
     def scene_changed(self) -> None:
         self.clear()
 

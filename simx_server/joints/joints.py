@@ -137,7 +137,7 @@ class Joints(Machine):
             state.motor = state.control_loop = True
             self._apply(handle)
         elif not is_cyclic and self._stepper is not None:
-            place = self._stepper.target_of(handle)
+            place = self._stepper.target_address(handle)
             if place is not None and rule_of(binding, state) == Rule.POSITION:
                 self._targets[handle] = *place, state
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
@@ -30,6 +30,7 @@ from .state import (
     initial_state,
     setting_values,
 )
+from .stepping.apart import Apart, Made
 from .stepping.scripted import Ask
 from .stepping.stepper import Accompany, Memory, Stepper, Within
 from .watch import Watch
@@ -419,6 +420,57 @@ class Machine:
             within = (self.within_steps, *within)
         stepper = self._stepper or self._current_stepper()
         return stepper.step(count, flags, average_force=self._average_force, within=within)
+
+    @property
+    def may_be_apart(self) -> bool:
+        """Return whether nothing within the next physics steps needs Python."""
+        return self.within_steps is None and self._current_stepper().compiled is not None
+
+    def step_apart(
+        self, count: int, flags: int, log: Callable[[Sequence[str]], object]
+    ) -> Generator[Apart, Made, bool]:
+        """Make physics steps as `step`, by the caller; only if they `may_be_apart`.
+
+        Args:
+            log: takes the texts of MuJoCo's warnings.
+        """
+        self._measured.begin()
+        stepper = self._current_stepper()
+        return (yield from stepper.step_apart(count, flags, log, average_force=self._average_force))
+
+    @property
+    def stepper(self) -> Stepper:
+        """Return the controllers of the next physics steps."""
+        return self._current_stepper()
+
+    @property
+    def averages_force(self) -> bool:
+        """Return whether forces are averaged over the physics steps of a simulation step."""
+        return self._average_force
+
+    @property
+    def measured(self) -> Measured:
+        """Return the positions around the last simulation step."""
+        return self._measured
+
+    def entry(self, handle: int) -> Entry | None:
+        """Return a joint with its settings and its rule, for reading; None: it does not exist."""
+        binding, state = self._bindings.get(handle), self._states.get(handle)
+        return None if binding is None or state is None else (binding, state, rule_of(binding, state))
+
+    @property
+    def have_masters(self) -> bool:
+        """Return whether any joint follows another one."""
+        return any(state.master >= 0 for state in self._states.values())
+
+    def is_served(self, handle: int) -> bool:
+        """Return whether a script's call-back serves the targets of a joint outside force mode."""
+        return handle in self._served
+
+    def note_written(self, handle: int, **settings: float | bool) -> None:
+        """Take over settings that were written into the model and the controllers already."""
+        for name, value in settings.items():
+            setattr(self._states[handle], name, value)
 
     @property
     def mean_sensed(self) -> np.ndarray:

@@ -51,6 +51,16 @@ class Measured:
         self._before, self._after = memory[:2]
         self._kept = dict(memory[2])
 
+    @property
+    def newest(self) -> Positions | None:
+        """Return the positions at the end of the last simulation step of this run; None: it has had none."""
+        return self._after
+
+    def adopt(self, before: Positions | None, after: Positions | None) -> None:
+        """Take over positions around a simulation step that was made outside; None: this run has had none."""
+        self._before, self._after = before, after
+        self._kept = {}
+
     def begin(self) -> None:
         """Note that a simulation step starts."""
         self._before = self._after if self._after is not None else self._positions()

@@ -118,12 +118,13 @@ class Watch:
                 left = max(1, min(most, left))
         return self._done + left
 
-    def made(self, done: int, *, has_diverged: bool) -> None:
+    def made(self, done: int, *, has_diverged: bool, seconds: float | None = None) -> None:
         """Check the progress after some physics steps.
 
         Args:
             done: number of physics steps made in this simulation step.
             has_diverged: whether MuJoCo has found bad numbers in them.
+            seconds: how long they took in another thread; None: this thread has made them, and nothing else since.
 
         Raises:
             StepFailed: the simulation step cannot be completed.
@@ -132,12 +133,12 @@ class Watch:
         if has_diverged:
             raise StepFailed(DIVERGED)
         now = time.perf_counter()
-        self._cost = cost = (now - self._before) / size or 1e-9
+        self._cost = cost = (now - self._before if seconds is None else seconds) / size or 1e-9
         self._before = now
         # A process that was suspended for a while has not worked during that time.
         longest = self._sim.limits.step_seconds
-        if cost > longest and (seconds := (time.thread_time() - self._thread_time) / done) > longest:
-            raise TooSlow(_too_slow(seconds, self._sim))
+        if cost > longest and (each := self._each(done, seconds)) > longest:
+            raise TooSlow(_too_slow(each, self._sim))
         if done == self._count:
             return
         if now - self._began > SERVES_AFTER:
@@ -145,6 +146,10 @@ class Watch:
         point = self._interruptions.physics_point
         if point is not None:
             point()
+
+    def _each(self, done: int, seconds: float | None) -> float:
+        """Return the processor time of a physics step in seconds, as far as it is known."""
+        return ((time.thread_time() - self._thread_time) if seconds is None else seconds) / done
 
     def _look_around(self, seconds: float, done: int, count: int) -> None:
         """Serve others, warn or abort within a simulation step that has lasted a while."""

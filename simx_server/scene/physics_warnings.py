@@ -10,7 +10,7 @@ import logging
 import re
 import threading
 import warnings
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
@@ -47,6 +47,12 @@ class OnceAKind:
         _heard.reset(self._token)
         if self._kinds:
             self._kinds.clear()
+
+    def log(self, texts: Iterable[str]) -> None:
+        """Log warnings that were collected in another thread."""
+        with self:
+            for text in texts:
+                _log(text)
 
 
 _collecting: ContextVar[list[Warning] | None] = ContextVar("collecting", default=None)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from simx_server.joints.stepping.apart import Stepping
     from simx_server.world.world import World
 
     from .answers.publishing import Publisher
@@ -76,8 +77,39 @@ class Rounds:
 
     def make_step(self) -> None:
         """Make a round with a simulation step."""
-        self._step()
+        self.finish_step(self._world.step)
+
+    def finish_step(self, step: Callable[[], object]) -> None:
+        """Make a round with a simulation step.
+
+        Args:
+            step: makes what is left of the step.
+        """
+        self._step(step)
         self._end_round(is_advancing=True)
+
+    def make_step_apart(self) -> Stepping:
+        """Make a round with a simulation step, whose physics the caller makes where it needs no Python."""
+        began = time.perf_counter()
+        try:
+            yield from self._world.step_apart()
+            self._metrics.passed(self._simulation.time_step, time.perf_counter() - began)
+        except KeyboardInterrupt:
+            self._interrupted()
+            raise
+        except Exception as error:
+            self._failed(error)
+        self._after_step()
+        self._end_round(is_advancing=True)
+
+    def count_steps(self, count: int, seconds: float) -> None:
+        """Count simulation steps that were made outside, for a client that is alone.
+
+        Args:
+            seconds: the time of each.
+        """
+        self._metrics.passed(self._simulation.time_step, seconds, count)
+        self._due.round_made()
 
     def _end_round(self, *, is_advancing: bool) -> None:
         for react in self._watchers.round_made:
@@ -85,19 +117,29 @@ class Rounds:
         self._waiting.count_round()
         self._due.round_made()
 
-    def _step(self) -> None:
+    def _step(self, step: Callable[[], object]) -> None:
         try:
             began = time.perf_counter()
-            self._world.step()
+            step()
             self._metrics.passed(self._simulation.time_step, time.perf_counter() - began)
-        except KeyboardInterrupt:  # of an embedded simulation: a step that is half done cannot be continued
-            logger.warning("Ctrl-C came within a simulation step, so the simulation is stopped")
-            self._handling.handle(self._simulation.stop)
+        except KeyboardInterrupt:
+            self._interrupted()
             raise
         except Exception as error:
-            logger.exception("the pass failed, so the simulation is stopped")
-            problem = f"the pass failed, so the simulation is stopped: {error!r}"
-            self._handling.handle(partial(self._simulation.fail, problem))
+            self._failed(error)
+        self._after_step()
+
+    def _interrupted(self) -> None:
+        """Stop an embedded simulation: a step that is half done cannot be continued."""
+        logger.warning("Ctrl-C came within a simulation step, so the simulation is stopped")
+        self._handling.handle(self._simulation.stop)
+
+    def _failed(self, error: Exception) -> None:
+        logger.exception("the pass failed, so the simulation is stopped")
+        problem = f"the pass failed, so the simulation is stopped: {error!r}"
+        self._handling.handle(partial(self._simulation.fail, problem))
+
+    def _after_step(self) -> None:
         if self._due.is_paced:
             self._pacer.passed(self._simulation.time_step)
         if any(map(_STREAMS, self._sessions.values())):

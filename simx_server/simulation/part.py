@@ -92,6 +92,13 @@ class Part:
     def step_finished(self) -> None:
         """React to a complete simulation step; the time has advanced. The run may be stopped here."""
 
+    def awaits_steps(self) -> bool:
+        """Return whether `step_finished` has something to do now; only asked if `step_finished` is overridden.
+
+        Steps of many worlds together are made without it where no part awaits them (`gateways/embedded/crew`).
+        """
+        return True
+
     def remember(self) -> object:
         """Return what this part needs to go on later from the end of this simulation step; None: nothing.
 

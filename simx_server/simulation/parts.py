@@ -91,6 +91,10 @@ class Parts:
         """Return whether a part wants the next simulation step later (see `Part.holds_step`)."""
         return bool(self._holding) and any(part.holds_step() for part in self._holding)
 
+    def await_steps(self) -> bool:
+        """Return whether a part waits for the ends of simulation steps (see `Part.awaits_steps`), or holds them."""
+        return any(part.awaits_steps() for part in self._told_of_steps) or self.holds_step()
+
     def replan(self) -> None:
         """Have the stages of a simulation step listed again: a part has something to do in steps, or has nothing more.
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Sequence
 
 import mujoco
 
 from simx_server.errors import CommandError, one_line
 from simx_server.joints.crowding import FEW, is_crowded
+from simx_server.joints.stepping.apart import Stepping
 from simx_server.joints.stepping.stepper import LIMIT_SEPARATION, UPDATE
 from simx_server.joints.watch import StepFailed, TooSlow
 from simx_server.scene import physics_warnings
@@ -44,6 +46,49 @@ class Physics(Part):
         except (StepFailed, mujoco.FatalError) as error:
             self._give_up(error)
 
+    @property
+    def may_be_apart(self) -> bool:
+        """Return whether nothing within the physics of the next simulation step needs Python."""
+        sim = self._sim
+        return (
+            sim.dynamics_enabled
+            and sim.joints.may_be_apart
+            and not sim.sleepers.must_stay_awake
+            and not sim.foresight.is_needed(sim.model)
+        )
+
+    def run_apart(self) -> Stepping:
+        """Make the physics steps as `run`; those that need no Python are yielded to the caller."""
+        if not self.may_be_apart:
+            self.run()
+            return
+        sim = self._sim
+        try:
+            flags = self._begin()
+            if sim.sleepers.are_to_wake:
+                sim.refresh()
+            self.has_overlaps = yield from sim.joints.step_apart(
+                sim.substeps, flags | UPDATE, self._warnings.log
+            )
+            self._end(is_updated=not sim.sleepers.are_to_wake)
+        except (StepFailed, mujoco.FatalError) as error:
+            self._give_up(error)
+
+    def finish(self, go_on: Callable[[], bool], warnings: Sequence[str]) -> None:
+        """Make the rest of physics that was begun outside. When it cannot continue, the run is stopped.
+
+        Args:
+            go_on: makes the missing physics steps, and returns whether shapes overlap deeply.
+            warnings: texts of MuJoCo's, so far.
+        """
+        try:
+            self._warnings.log(warnings)
+            with self._warnings:
+                self.has_overlaps = go_on()
+            self._end(is_updated=True)
+        except (StepFailed, mujoco.FatalError) as error:
+            self._give_up(error)
+
     def go_on(self, *, is_rearranged: bool, has_overlaps: bool) -> None:
         """Continue from the physics of an earlier step.
 
@@ -65,11 +110,7 @@ class Physics(Part):
             sim.moved()
             sim.refresh()
             return
-        flags = LIMIT_SEPARATION if sim.is_rearranged or self.has_overlaps else 0
-        if sim.is_rearranged:  # positions were set; physics alone keeps shapes apart
-            sim.is_rearranged = False
-            if sim.model.ngeom > FEW:
-                self._check_room()
+        flags = self._begin()
         sleepers = sim.sleepers
         with self._warnings:
             if sleepers.are_to_wake:
@@ -81,8 +122,26 @@ class Physics(Part):
             else:
                 self._step_joints(flags | UPDATE)
                 is_updated = not sleepers.are_to_wake  # clients are served within a long step
-        sim.moved(is_updated=is_updated)
-        sim.refresh()
+        self._end(is_updated)
+
+    def _begin(self) -> int:
+        """Return the corrections that the physics steps need.
+
+        Raises:
+            StepFailed: too many shapes overlap.
+        """
+        sim = self._sim
+        flags = LIMIT_SEPARATION if sim.is_rearranged or self.has_overlaps else 0
+        if sim.is_rearranged:  # positions were set; physics alone keeps shapes apart
+            sim.is_rearranged = False
+            if sim.model.ngeom > FEW:
+                self._check_room()
+        return flags
+
+    def _end(self, is_updated: bool) -> None:
+        """Note that time has passed; `is_updated`: the kinematics are those of its end."""
+        self._sim.moved(is_updated=is_updated)
+        self._sim.refresh()
 
     def _step_joints(self, flags: int) -> None:
         sim = self._sim

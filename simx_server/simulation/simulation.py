@@ -18,6 +18,7 @@ import mujoco
 
 from simx_server.errors import CommandError, one_line
 from simx_server.joints import Joints
+from simx_server.joints.crowding import FEW
 from simx_server.joints.foresight import Foresight
 from simx_server.joints.stepping import kinematics
 from simx_server.limits import Limits
@@ -313,6 +314,32 @@ class Simulation:
         """Advance the time after a complete simulation step."""
         self.step_count += 1
         self.parts.tell_of_step()
+
+    @property
+    def is_plain(self) -> bool:
+        """Return whether nothing but the next simulation steps changes the state: no edit waits, nothing was moved
+        other than joints.
+        """
+        return (
+            self.waiting is None
+            and self.is_settled
+            and not self.is_stopping
+            and (not self.is_rearranged or self.model.ngeom <= FEW)
+        )
+
+    def adopt_steps(self, step_count: int, versions: int, *, was_restarted: bool) -> None:
+        """Take over simulation steps that were made outside, with the kinematics of their end.
+
+        Args:
+            step_count: simulation steps of this run now.
+            versions: number of steps and restarts that were made.
+            was_restarted: the run has ended and started again.
+        """
+        self.step_count = step_count
+        self.version += versions
+        self._stale = False
+        if was_restarted:
+            self.model_edited()
 
     def fail(self, problem: str) -> None:
         """End a run that cannot continue. Calls that wait for one of its steps fail with the reason.

@@ -110,6 +110,20 @@ class Surfaces(Part):
         """Return whether surfaces could move, and drag something."""
         return bool(self._sim.model.nv and len(self._bodies))
 
+    @property
+    def are_to_move(self) -> bool:
+        """Return whether a surface moves, or a body was moved that could drag something."""
+        if self._own or self._velocities or self._put:
+            return True
+        if not (self._sim.is_rearranged and len(self._bodies)):
+            return False
+        self._sim.refresh()
+        places, turns = self._world
+        data = self._sim.data
+        return bool(
+            (_differ(data.xpos[self._bodies], places) | _differ(data.xquat[self._bodies], turns)).any()
+        )
+
     def prepare(self) -> None:
         """Find what moves in the physics of this simulation step; called right before it."""
         sim = self._sim

@@ -57,6 +57,20 @@ class Velocities(Part):
         """Store the poses at the end of a simulation step. The kinematics must be fresh."""
         self._before, self._after = self._after, self._present.numbers()
 
+    @property
+    def newest(self) -> np.ndarray:
+        """Return the poses at the end of the last simulation step, or at the start of the run; not to be written."""
+        return self._after
+
+    @property
+    def copies(self) -> PoseCopies:
+        """Return what copies the poses."""
+        return self._copies
+
+    def adopt(self, before: np.ndarray, after: np.ndarray) -> None:
+        """Take over the poses at the ends of two simulation steps that were made outside."""
+        self._before, self._after = before, after
+
     def go_on(self, before: mujoco.MjData | None) -> None:
         """Take the velocities between an earlier step's poses and the present ones; None: all are 0."""
         self.restart()

@@ -415,6 +415,9 @@ class Feed(Part):
             self._pausing_at = None
             self._sim.pause()
 
+    def awaits_steps(self) -> bool:
+        return self._pausing_at is not None
+
     def run_stopped(self) -> None:
         self._pausing_at = None
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
+from simx_server.joints.stepping.apart import Stepping
 from simx_server.kinematics import IkGroups
 from simx_server.kinematics.planning.scene_tasks.motion_plannings import MotionPlannings
 from simx_server.kinematics.planning.scene_tasks.path_plannings import PathPlannings
@@ -189,6 +190,44 @@ class World:
                     break
         simulation.settle()
 
+    def step_apart(self) -> Stepping:
+        """Make one simulation step as `step`; where its physics needs no Python, the caller makes that at a yield."""
+        simulation, running, done = self.simulation, SimulationState.RUNNING, -1
+        if simulation.state is running and self.scripts.phases.refuse_step():
+            simulation.settle()
+            return
+        while done < len(self.STEP) - 1:
+            for number, act in self._stages_after(done):
+                if simulation.state is not running:
+                    return
+                if number == _PHYSICS:
+                    yield from self.physics.run_apart()
+                else:
+                    act()
+                done = number
+                if simulation.parts.are_stages_stale:
+                    break
+        simulation.settle()
+
+    def finish_step(self, physics: Callable[[], object]) -> None:
+        """Make the rest of a simulation step whose physics was not made by `step`.
+
+        Args:
+            physics: makes what is left of the physics.
+        """
+        simulation = self.simulation
+        for number, act in self._stages_after(_PHYSICS - 1):
+            if simulation.state is not SimulationState.RUNNING:
+                return
+            (physics if number == _PHYSICS else act)()
+        simulation.settle()
+
+    @property
+    def is_only_physics(self) -> bool:
+        """Return whether a simulation step consists of physics, and of what follows from positions alone."""
+        other = {number for number, _ in self._stages_after(-1)} - _PLAIN
+        return not other or (other == {_VISION} and not self.vision.remembers)
+
     def _stages_after(self, done: int) -> Sequence[tuple[int, Action]]:
         """Return what is left of a simulation step; a stage may give a later one something to do."""
         if self.simulation.parts.are_stages_stale:
@@ -207,3 +246,25 @@ class World:
         self.clouds.show()
         self.textures.show()
         self.simulation.settle()
+
+
+_PHYSICS = next(number for number, (name, _) in enumerate(World.STEP) if name.startswith("physics"))
+
+_VISION = next(number for number, (name, _) in enumerate(World.STEP) if name == "vision sensors")
+"""Without filters that remember images, this stage notes in a run's first step that it was there."""
+
+_PLAIN = frozenset(
+    number
+    for number, (name, _) in enumerate(World.STEP)
+    if number == _PHYSICS
+    or name
+    in (
+        "edits that wait",
+        "surfaces that move",
+        "moved surfaces arrive",
+        "velocities of objects",
+        "velocities of joints",
+        "time",
+    )
+)
+"""Stages that have nothing to do where nothing was moved or edited, or that follow from positions."""

@@ -7,6 +7,7 @@ Reward: 1 for each step of 20 ms. The episode ends when the pole leans by more t
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from simx_client.gym.task import State, Task
 from simx_client.randomization import Uniform
@@ -22,8 +23,8 @@ _TILT = 0.05
 """Largest angle of the pole at the start in radians."""
 
 
-def _is_over(now: State) -> bool:
-    return abs(now["pole_joint.position"]) > MOST_ANGLE or abs(now["action.position"]) > MOST_OFFSET
+def _is_over(now: State) -> Any:
+    return (abs(now["pole_joint.position"]) > MOST_ANGLE) | (abs(now["action.position"]) > MOST_OFFSET)
 
 
 def _reward(now: State) -> float:
@@ -41,6 +42,7 @@ TASK = Task(
     },
     reward=_reward,
     done=_is_over,
+    vectorized=True,
     time_step=0.02,
     camera="viewer",
 )

@@ -6,6 +6,7 @@ step is the same round of the loop (`service/rounds.py`): streams, watchers and 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ from simx_server.service.answers.answers import DONE, Answer
 from simx_server.simulation.simulation import SimulationState
 
 if TYPE_CHECKING:
+    from simx_server.joints.stepping.apart import Apart, Made
     from simx_server.service.calls.direct import DirectCall
     from simx_server.service.clients.sessions import ClientSession
     from simx_server.service.service import Service
@@ -30,6 +32,7 @@ class Alone:
         self._turns, self._session, self._sessions = turns, session, service.clients.sessions
         self._simulation, self._queue, self._due = service.simulation, service.queue, service.due
         self._busy, self._rounds, self._executor = service.busy, service.rounds, service.executor
+        self._watchers, self._world = service.watchers, service.world
         self._answer = DONE
 
     @property
@@ -60,16 +63,43 @@ class Alone:
         Args:
             call: that of the trigger, which counts it.
         """
+        return self.finish(call, self._world.step)
+
+    def finish(self, call: DirectCall, step: Callable[[], object]) -> Answer:
+        """Make the step as `step`; the argument `step` makes what is left of it."""
+        self._begin(call)
+        outer = self._busy.begin()
+        try:
+            self._rounds.finish_step(step)
+        finally:
+            self._busy.go_back_to(outer)
+        return self._end()
+
+    def step_apart(self, call: DirectCall) -> Generator[Apart, Made, Answer]:
+        """Make the step as `step`; the caller makes the physics that needs no Python."""
+        self._begin(call)
+        outer = self._busy.begin()
+        try:
+            yield from self._rounds.make_step_apart()
+        finally:
+            self._busy.go_back_to(outer)
+        return self._end()
+
+    @property
+    def is_unwatched(self) -> bool:
+        """Return whether nothing but the client notices a step: no stream, no watcher, no part of the world."""
+        return not (
+            self._session.streams.by_id or self._watchers.round_made or self._simulation.parts.await_steps()
+        )
+
+    def _begin(self, call: DirectCall) -> None:
         began = call.begin()
         self._answer = DONE
         self._session.add_trigger(self)
         if began is not None:
             call.record(perf_counter() - began)
-        outer = self._busy.begin()
-        try:
-            self._rounds.make_step()
-        finally:
-            self._busy.go_back_to(outer)
+
+    def _end(self) -> Answer:
         if not self._session.is_stepping or self._queue.has_work():
             # The run has ended, or a script has asked for more.
             self._turns.note_change()

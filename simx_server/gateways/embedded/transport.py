@@ -20,7 +20,7 @@ from simx_client.errors import ConnectionFailed
 from simx_client.protocol.commands import TRIGGER, Command
 from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery, Reply, Welcome, of_fields
 from simx_client.protocol.precision import Values
-from simx_client.transport.direct import DirectFunction, ShortWay, StreamWay
+from simx_client.transport.direct import Crew, DirectFunction, DirectTransport, Plan, ShortWay, StreamWay
 from simx_server.limits import LimitReached
 from simx_server.service.answers.answers import Answer
 from simx_server.service.answers.link import PackingLink
@@ -36,6 +36,7 @@ from simx_server.simulation.simulation import SimulationState
 
 from .addresses import Addresses, Shortcut
 from .alone import Alone
+from .crew.lent import Lent
 from .published import Published
 from .turns import Turns
 
@@ -169,6 +170,30 @@ class EmbeddedTransport(PackingLink):
                 self._loop.turn()
             finally:
                 self._turns.end()
+
+    # --- worlds that step together ---------------------------------------------------------------
+
+    def crew_of(self, links: Sequence[DirectTransport], plan: Plan, threads: int) -> Crew:
+        """Return what steps the worlds of several links together; see `DirectTransport`."""
+        from .crew.crew import Crew as Together  # few programs need it
+
+        return Together([cast("EmbeddedTransport", link).member() for link in links], plan, threads)
+
+    def member(self) -> Lent:
+        """Return what a crew needs of this link's world."""
+        if self._session is None or self._alone is None:
+            raise ConnectionFailed("the client has not joined")
+        return Lent(self, self._service, self._turns, self._session, self._alone, self._direct)
+
+    def lend(self, take_back: Callable[[], object]) -> None:
+        """Let a crew step the world until the next turn, which calls `take_back`. Within a turn."""
+        self.is_direct = False  # direct calls take no turn of their own
+        self._turns.lend(take_back)
+
+    def returned(self) -> None:
+        """Note that calls come in turns again."""
+        self._turns.returned()
+        self.is_direct = True
 
     # --- the client's side: direct calls ---------------------------------------------------------
 

@@ -52,6 +52,8 @@ class Turns:
         self._thread: threading.Thread | None = None
         self._is_ending = False
         self._next_look = 0.0
+        self._take_back: Callable[[], object] | None = None
+        """While compiled steps of a crew have the world: brings it up to date for the turn that starts."""
 
     def begin(self, deadline: float = math.inf) -> bool:
         """Take a turn; return False if the deadline (monotonic clock) passed, or this thread has a turn already.
@@ -61,7 +63,17 @@ class Turns:
         if (self.is_held_here() or not self.lock.acquire(blocking=False)) and not self.wait(deadline):
             return False
         self.owner = threading.get_ident()
+        if self._take_back is not None:
+            self._take_back()
         return True
+
+    def lend(self, take_back: Callable[[], object]) -> None:
+        """Let a crew step the world without turns, until one starts: its owner calls `take_back`. Within a turn."""
+        self._take_back = take_back
+
+    def returned(self) -> None:
+        """Note that the world steps in turns again."""
+        self._take_back = None
 
     def wait(self, deadline: float) -> bool:
         """Acquire the lock when another thread ends its turn; return False as ``begin`` does.

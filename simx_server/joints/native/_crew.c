@@ -35,8 +35,9 @@
 #define GIMBAL_LOCK 0.999995
 
 #define PATIENCE 1.0 /* seconds of a simulation step after which Python looks at it */
-#define WORTHWHILE 25e-6 /* seconds of work below which no other thread is woken */
-#define LOOKS 2000 /* at a lock before the thread sleeps, some 40 us */
+#define WORTHWHILE 15e-6 /* seconds of work below which no other thread is called */
+#define SPIN 150e-6 /* seconds of a busy wait before a thread sleeps: to wake it takes about as long */
+#define LOOKS 64 /* at a lock between two looks at the clock */
 
 static PhysicsStepApi* physics;
 static PyObject* step_type;
@@ -150,7 +151,7 @@ static void rotation_vector(double* vector, const double* q) {
 //------------------------------------------ operations --------------------------------------------
 
 /* Each has an entry of Python's lists in ../../gateways/embedded/crew/operations.py. */
-enum { TARGET, COMMAND, FORCE, PLACE, WRITES };
+enum { TARGET, SPRING, CYCLIC_SPRING, COMMAND, FORCE, PLACE, WRITES };
 enum { POSITION, LENGTH, RATE, MOTOR_FORCE, BODY_POSITION, POSE_POSITION, POSE_QUATERNION, POSE_ANGLES, VELOCITY,
        ANGULAR_VELOCITY, READS };
 static const Py_ssize_t result_counts[READS] = {1, 1, 1, 1, 3, 3, 4, 3, 6, 6};
@@ -178,6 +179,7 @@ typedef struct {
   int may_skip_means; /* without corrections of contacts nothing has to be averaged */
   double time_step;
   Operations writes, starts, reads;
+  double *written, *started; /* the last values */
   Py_ssize_t frame_count;
   Pose* frames; /* of objects, in those of their bodies */
 
@@ -191,6 +193,9 @@ typedef struct {
   double *poses_before, *poses_after;
 
   char is_rearranged, has_overlaps; /* of simulation.py */
+  char was_written;                 /* values of a step, since the lending or the last restart */
+  char is_open;                     /* a simulation step was left before its end */
+  int last_flags;                   /* of the physics of the last simulation step */
   Py_ssize_t steps;                 /* simulation steps since the lending or the last restart */
   Py_ssize_t all_steps;             /* since the lending */
   Py_ssize_t restarts;
@@ -201,6 +206,7 @@ typedef struct {
 
   /* of the last job */
   int outcome;
+  Py_ssize_t done; /* simulation steps */
   PyObject* error; /* of Python */
   PhysicsReport report;
 } Course;
@@ -213,12 +219,19 @@ static void write_values(Course* c, const Operations* operations, const double* 
   for (Py_ssize_t n = 0; n < operations->count; n++) {
     const Operation* o = operations->of + n;
     double value = single(values[o->at]);
+    Py_ssize_t count;
     switch (o->kind) {
-      case TARGET: { /* set_target_position, of a position controller */
-        Py_ssize_t count;
+      case TARGET: /* set_target_position, of a position controller */
         physics->numbers(c->step, physics->position_target, &count)[o->i] = o->j ? wrapped(value) : value;
         break;
-      }
+      case CYCLIC_SPRING: /* and of a spring that pulls the short way round */
+        value = wrapped(value);
+        physics->numbers(c->step, physics->spring_target, &count)[o->i] = value;
+        d->ctrl[o->j] = (value - o->b) * o->a;
+        break;
+      case SPRING: /* set_target_position, of a spring and damper */
+        d->ctrl[o->i] = (value - o->b) * o->a;
+        break;
       case COMMAND: /* set_target_velocity, in velocity control */
         d->ctrl[o->i] = lesser(greater(value, -o->b), o->b) * o->a;
         break;
@@ -378,6 +391,8 @@ static int simulate(Course* c, PyThreadState** thread) {
     flags |= LAST_FORCE;
   }
   c->is_rearranged = 0;
+  c->last_flags = flags | UPDATE;
+  c->is_open = 1;
   int result = physics->run(c->step, 0, c->substeps, c->substeps, PATIENCE, flags | UPDATE, thread, &c->report);
   if (result != WELL) {
     return result;
@@ -385,6 +400,7 @@ static int simulate(Course* c, PyThreadState** thread) {
   if (c->report.has_diverged || !c->report.is_finite || c->report.made < c->substeps) {
     return UNFINISHED;
   }
+  c->is_open = 0;
   c->has_overlaps = c->report.has_deep_contacts;
   swap(&c->poses_before, &c->poses_after);
   memcpy(c->poses_after, c->block.buf, (size_t)c->block.len);
@@ -409,7 +425,9 @@ static int make_steps(Course* c, const double* values, double* results, Py_ssize
     return REFUSED;
   }
   write_values(c, &c->writes, values);
-  for (Py_ssize_t n = 0; n < times; n++) {
+  memcpy(c->written, values, (size_t)c->writes.width * sizeof(double));
+  c->was_written = 1;
+  for (c->done = 0; c->done < times; c->done++) {
     int result = simulate(c, thread);
     if (result != WELL) {
       return result;
@@ -445,8 +463,10 @@ static int start_again(Course* c, const double* values, double* results) {
   c->has_before = c->has_after = 0;
   c->steps = 0;
   c->restarts++;
+  c->was_written = 0;
   c->is_rearranged = 1;
   write_values(c, &c->starts, values);
+  memcpy(c->started, values, (size_t)c->starts.width * sizeof(double));
 
   int flags = m->opt.enableflags; /* sleepers.py: what was moved is awake */
   m->opt.enableflags = flags & ~mjENBL_SLEEP;
@@ -477,10 +497,13 @@ static int is_within(Py_ssize_t index, Py_ssize_t count) { return index >= 0 && 
 
 static int is_valid_write(const Course* c, const Operation* o) {
   const mjModel* m = c->m;
-  Py_ssize_t targets = 0;
+  Py_ssize_t targets = 0, springs = 0;
   physics->numbers(c->step, physics->position_target, &targets);
+  physics->numbers(c->step, physics->spring_target, &springs);
   switch (o->kind) {
     case TARGET: return is_within(o->i, targets);
+    case CYCLIC_SPRING: return is_within(o->i, springs) && is_within(o->j, m->nu);
+    case SPRING:
     case COMMAND: return is_within(o->i, m->nu);
     case FORCE: return o->j ? is_within(o->i, m->ntendon) : is_within(o->i, m->nv) && is_within(o->k, m->njnt);
     case PLACE: return is_within(o->i, m->nq) && is_within(o->j, m->nv);
@@ -584,7 +607,8 @@ static PyObject* make_course(PyTypeObject* type, PyObject* args, PyObject* keywo
   if (!(c->before = room_for(c->positions)) || !(c->after = room_for(c->positions)) ||
       !(c->poses_before = room_for(numbers)) || !(c->poses_after = room_for(numbers)) ||
       take_operations(c, writes, &c->writes, 0) < 0 || take_operations(c, starts, &c->starts, 0) < 0 ||
-      take_operations(c, reads, &c->reads, 1) < 0) {
+      take_operations(c, reads, &c->reads, 1) < 0 || !(c->written = room_for(c->writes.width)) ||
+      !(c->started = room_for(c->starts.width))) {
     goto fail;
   }
   return (PyObject*)c;
@@ -599,6 +623,7 @@ static void forget_course(PyObject* self) {
   PyTypeObject* type = Py_TYPE(self);
   PyBuffer_Release(&c->block); /* does nothing for one that was never taken */
   forget_operations(&c->writes), forget_operations(&c->starts), forget_operations(&c->reads);
+  free(c->written), free(c->started);
   free(c->frames), free(c->before), free(c->after), free(c->poses_before), free(c->poses_after);
   free(c->state), free(c->numbers), free(c->losses), free(c->tendon_losses), free(c->biases), free(c->first_poses);
   Py_XDECREF(c->step), Py_XDECREF(c->error);
@@ -642,6 +667,7 @@ static PyObject* begin(PyObject* self, PyObject* args) {
   }
   memcpy(c->poses_before, c->poses_after, (size_t)c->block.len);
   c->is_rearranged = (char)is_rearranged, c->has_overlaps = (char)has_overlaps;
+  c->was_written = c->is_open = 0;
   c->steps = c->all_steps = c->restarts = 0;
   Py_INCREF(Py_None);
   return Py_None;
@@ -690,7 +716,8 @@ static PyObject* as_bytes(const double* numbers, Py_ssize_t size) {
 }
 
 PyDoc_STRVAR(memory_doc, "memory()\n\n"
-"Return the positions before and after the last simulation step (None: there are none), and the poses, as bytes.");
+"Return the positions before and after the last simulation step (None: there are none), the poses, and the last values of\n"
+"starts and of writes, as bytes.");
 
 static PyObject* memory(PyObject* self, PyObject* ignored) {
   (void)ignored;
@@ -704,8 +731,10 @@ static PyObject* memory(PyObject* self, PyObject* ignored) {
   if (c->has_after && !(after = as_bytes(c->after, size))) {
     return NULL;
   }
-  return Py_BuildValue("NNNN", before, after, as_bytes(c->poses_before, c->block.len),
-                       as_bytes(c->poses_after, c->block.len));
+  return Py_BuildValue("NNNNNN", before, after, as_bytes(c->poses_before, c->block.len),
+                       as_bytes(c->poses_after, c->block.len),
+                       as_bytes(c->started, c->starts.width * (Py_ssize_t)sizeof(double)),
+                       as_bytes(c->written, c->writes.width * (Py_ssize_t)sizeof(double)));
 }
 
 /* Take a row of numbers; returns NULL with an exception. */
@@ -736,6 +765,24 @@ static PyObject* read_now(PyObject* self, PyObject* array) {
   return Py_None;
 }
 
+PyDoc_STRVAR(write_doc, "write(values)\n\n"
+"Write the values of a row; returns False, and writes nothing, if one of them is not finite.");
+
+static PyObject* write_now(PyObject* self, PyObject* array) {
+  Course* c = (Course*)self;
+  Py_buffer view;
+  double* values = row_of(array, &view, c->writes.width, 0);
+  if (!values) {
+    return NULL;
+  }
+  int is_valid = are_finite(&c->writes, values);
+  if (is_valid) {
+    write_values(c, &c->writes, values);
+  }
+  PyBuffer_Release(&view);
+  return PyBool_FromLong(is_valid);
+}
+
 static PyObject* warnings_of(PyObject* self, void* ignored) {
   (void)ignored;
   Course* c = (Course*)self;
@@ -759,7 +806,8 @@ static PyObject* problem_of(PyObject* self, void* ignored) {
 
 static PyMethodDef course_methods[] = {
   {"begin", begin, METH_VARARGS, begin_doc}, {"capture", capture, METH_NOARGS, capture_doc},
-  {"memory", memory, METH_NOARGS, memory_doc}, {"read", read_now, METH_O, read_doc}, {NULL, NULL, 0, NULL},
+  {"memory", memory, METH_NOARGS, memory_doc}, {"read", read_now, METH_O, read_doc},
+  {"write", write_now, METH_O, write_doc}, {NULL, NULL, 0, NULL},
 };
 
 static PyGetSetDef course_properties[] = {
@@ -771,6 +819,10 @@ static PyGetSetDef course_properties[] = {
 #define REPORTED(member) (offsetof(Course, report) + offsetof(PhysicsReport, member))
 
 static PyMemberDef course_members[] = {
+  {"was_written", T_BOOL, offsetof(Course, was_written), READONLY, NULL},
+  {"is_open", T_BOOL, offsetof(Course, is_open), READONLY, NULL},
+  {"last_flags", T_INT, offsetof(Course, last_flags), READONLY, NULL},
+  {"done", T_PYSSIZET, offsetof(Course, done), READONLY, NULL},
   {"outcome", T_INT, offsetof(Course, outcome), READONLY, NULL},
   {"error", T_OBJECT, offsetof(Course, error), READONLY, NULL},
   {"made", T_PYSSIZET, REPORTED(made), READONLY, NULL},
@@ -807,9 +859,9 @@ typedef struct Crew Crew;
 
 typedef struct {
   Crew* crew;
-  PyThread_type_lock wake;  /* released to wake the thread */
+  PyThread_type_lock wake;  /* released to call the thread, which waits for it */
   PyThread_type_lock ended; /* released by the thread at its end */
-  char is_asleep;
+  char is_waiting;
 } Worker;
 
 struct Crew {
@@ -872,12 +924,20 @@ static void do_job(Crew* crew, Py_ssize_t place, PyThreadState** thread) {
 /* Places that a thread has taken from the queue. */
 typedef struct { Py_ssize_t first, number, place; } Taken;
 
-/* Take places from the queue, with the mutex. */
+/* Take the next places of the queue, with the mutex. */
 static Taken take_places(Crew* crew) {
   Taken taken = {crew->first, crew->waiting < crew->at_once ? crew->waiting : crew->at_once, crew->queue[crew->first]};
   crew->first = (crew->first + taken.number) % crew->count;
   crew->waiting -= taken.number;
   crew->running += taken.number;
+  return taken;
+}
+
+/* Take the last place of the queue, with the mutex: what Python has just done of its world is in this core's cache. */
+static Taken take_newest(Crew* crew) {
+  Py_ssize_t last = (crew->first + --crew->waiting) % crew->count;
+  Taken taken = {last, 1, crew->queue[last]};
+  crew->running++;
   return taken;
 }
 
@@ -901,6 +961,19 @@ static void note_done(Crew* crew, const Taken* taken) {
 
 static void acquire(PyThread_type_lock lock) { PyThread_acquire_lock(lock, WAIT_LOCK); }
 
+/* Acquire a lock that is released soon, or late. */
+static void acquire_soon(PyThread_type_lock lock) {
+  double end = seconds() + SPIN;
+  do {
+    for (int i = 0; i < LOOKS; i++) {
+      if (PyThread_acquire_lock(lock, NOWAIT_LOCK)) {
+        return;
+      }
+    }
+  } while (seconds() < end);
+  acquire(lock);
+}
+
 static void work(void* argument) {
   Worker* worker = argument;
   Crew* crew = worker->crew;
@@ -923,9 +996,9 @@ static void work(void* argument) {
       PyThread_release_lock(crew->mutex);
       break;
     }
-    worker->is_asleep = 1;
+    worker->is_waiting = 1;
     PyThread_release_lock(crew->mutex);
-    acquire(worker->wake);
+    acquire_soon(worker->wake);
   }
   PyEval_RestoreThread(thread);
   PyGILState_Release(state);
@@ -944,29 +1017,19 @@ static int start_workers(Crew* crew) {
   return 0;
 }
 
-/* Wake up to this many threads that sleep. */
-static void wake(Crew* crew, Py_ssize_t number) {
+/* Call up to this many threads that wait. */
+static void call(Crew* crew, Py_ssize_t number) {
   for (Py_ssize_t i = 0; i < crew->started && number > 0; i++) {
     Worker* worker = crew->workers + i;
     acquire(crew->mutex);
-    char is_asleep = worker->is_asleep;
-    worker->is_asleep = 0;
+    char is_waiting = worker->is_waiting;
+    worker->is_waiting = 0;
     PyThread_release_lock(crew->mutex);
-    if (is_asleep) {
+    if (is_waiting) {
       PyThread_release_lock(worker->wake);
       number--;
     }
   }
-}
-
-/* Wait until a thread that works releases `ready`. */
-static void await(Crew* crew) {
-  for (int i = 0; i < LOOKS; i++) {
-    if (PyThread_acquire_lock(crew->ready, NOWAIT_LOCK)) {
-      return;
-    }
-  }
-  acquire(crew->ready);
 }
 
 /* Do the jobs of all places in the queue, together with the other threads. */
@@ -974,7 +1037,7 @@ static void do_all(Crew* crew, Py_ssize_t number) {
   double start = seconds();
   PyThreadState* thread = PyEval_SaveThread();
   if (number > 1 && (crew->each == 0 || crew->each * (double)number > WORTHWHILE)) {
-    wake(crew, number - 1);
+    call(crew, number - 1);
   }
   Py_ssize_t done = 0;
   acquire(crew->mutex);
@@ -990,7 +1053,7 @@ static void do_all(Crew* crew, Py_ssize_t number) {
   while (crew->running) {
     crew->caller_waits = 1;
     PyThread_release_lock(crew->mutex);
-    await(crew);
+    acquire_soon(crew->ready);
     acquire(crew->mutex);
   }
   PyThread_release_lock(crew->mutex);
@@ -1134,31 +1197,31 @@ static PyObject* submit(PyObject* self, PyObject* args) {
   }
   crew->queue[(crew->first + crew->waiting++) % crew->count] = place;
   PyThread_release_lock(crew->mutex);
-  wake(crew, 1);
+  call(crew, 1);
   Py_INCREF(Py_None);
   return Py_None;
 }
 
-PyDoc_STRVAR(next_doc, "next(waits)\n\n"
-"Return a place whose physics is made; -1: none is. With `waits`, physics is made in this thread, or awaited, until one\n"
-"is, unless nothing is in progress.");
+PyDoc_STRVAR(next_doc, "next(most)\n\n"
+"Return a place whose physics is made; -1: none is. While more than this number of places wait for a thread, this one\n"
+"makes physics too; with a negative number it makes or awaits all that is in progress.");
 
 static PyObject* next_made(PyObject* self, PyObject* args) {
   Crew* crew = (Crew*)self;
-  int waits;
-  if (!PyArg_ParseTuple(args, "p", &waits)) {
+  Py_ssize_t most;
+  if (!PyArg_ParseTuple(args, "n", &most)) {
     return NULL;
   }
   PyThreadState* thread = NULL;
   Py_ssize_t place = -1;
   acquire(crew->mutex);
-  while (crew->out && !crew->made_count && waits) {
+  while (crew->out && !crew->made_count && crew->waiting > most) {
     if (!thread) {
       PyThread_release_lock(crew->mutex);
       thread = PyEval_SaveThread();
       acquire(crew->mutex);
     } else if (crew->waiting) {
-      Taken taken = take_places(crew);
+      Taken taken = take_newest(crew);
       PyThread_release_lock(crew->mutex);
       do_jobs(crew, &taken, &thread);
       acquire(crew->mutex);
@@ -1166,7 +1229,7 @@ static PyObject* next_made(PyObject* self, PyObject* args) {
     } else {
       crew->caller_waits = 1;
       PyThread_release_lock(crew->mutex);
-      await(crew);
+      acquire_soon(crew->ready);
       acquire(crew->mutex);
     }
   }
@@ -1190,13 +1253,13 @@ static PyObject* put(PyObject* self, PyObject* args) {
   Crew* crew = (Crew*)self;
   Py_ssize_t place;
   PyObject* course;
-  if (!PyArg_ParseTuple(args, "nO", &place, &course) || !is_idle(crew)) {
+  if (!PyArg_ParseTuple(args, "nO", &place, &course)) {
     return NULL;
   }
   int fits = course == Py_None ? 1 : PyObject_IsInstance(course, (PyObject*)course_type);
-  if (fits <= 0 || !is_within(place, crew->count)) {
+  if (fits <= 0 || !is_within(place, crew->count) || crew->is_out[place]) {
     if (fits >= 0) {
-      PyErr_SetString(PyExc_ValueError, "a course and a place of this crew are needed");
+      PyErr_SetString(PyExc_ValueError, "a course and a place of this crew are needed, whose physics is not in progress");
     }
     return NULL;
   }
@@ -1219,7 +1282,7 @@ static void end_workers(Crew* crew) {
   acquire(crew->mutex);
   crew->is_ending = 1;
   PyThread_release_lock(crew->mutex);
-  wake(crew, crew->started);
+  call(crew, crew->started);
   for (; crew->started; crew->started--) {
     acquire(crew->workers[crew->started - 1].ended);
   }
@@ -1394,6 +1457,8 @@ PyMODINIT_FUNC PyInit__crew(void) {
       PyModule_AddIntConstant(module, "HEADER", mjVERSION_HEADER) < 0 || CONSTANT(module, WELL) ||
       CONSTANT(module, NO_ROOM) || CONSTANT(module, EXCEPTION) || CONSTANT(module, FAILED) ||
       CONSTANT(module, REFUSED) || CONSTANT(module, UNFINISHED) || CONSTANT(module, TARGET) ||
+      CONSTANT(module, SPRING) ||
+      CONSTANT(module, CYCLIC_SPRING) ||
       CONSTANT(module, COMMAND) || CONSTANT(module, FORCE) || CONSTANT(module, PLACE) || CONSTANT(module, POSITION) ||
       CONSTANT(module, LENGTH) || CONSTANT(module, RATE) || CONSTANT(module, MOTOR_FORCE) ||
       CONSTANT(module, BODY_POSITION) || CONSTANT(module, POSE_POSITION) || CONSTANT(module, POSE_QUATERNION) ||

@@ -874,7 +874,9 @@ static double* numbers_of(PyObject* step, int column, Py_ssize_t* count) {
   return real((PhysicsStep*)step, column);
 }
 
-static PhysicsStepApi api = {run_for_crew, model_of, data_of, numbers_of, COLUMNS, POSITION_TARGET, MEAN_FORCE};
+static PhysicsStepApi api = {
+  run_for_crew, model_of, data_of, numbers_of, COLUMNS, POSITION_TARGET, SPRING_TARGET, MEAN_FORCE,
+};
 
 
 //------------------------------------------ making ------------------------------------------------

@@ -39,7 +39,7 @@ typedef struct {
   /* The numbers of a column and their count; NULL if the column has indexes, or there is no such column. */
   double* (*numbers)(PyObject* step, int column, Py_ssize_t* count);
   int columns;
-  int position_target, mean_force; /* two of the columns */
+  int position_target, spring_target, mean_force; /* three of the columns */
 } PhysicsStepApi;
 
 #endif

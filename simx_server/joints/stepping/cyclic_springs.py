@@ -45,6 +45,14 @@ class CyclicSprings:
         self._target[index] = value
         return True
 
+    def place_of(self, handle: int) -> int | None:
+        """Return the place of a joint among the targets; None: it has no such spring."""
+        return self._index.get(handle)
+
+    def target_of(self, handle: int) -> float:
+        """Return the target of a joint, rad."""
+        return float(self._target[self._index[handle]])
+
     def control(self, data: mujoco.MjData) -> None:
         """Set the controls for the next physics step."""
         position = data.qpos[self._qpos]

@@ -86,10 +86,18 @@ class PositionControl:
         self._target[index] = value
         return True
 
-    def target_of(self, handle: int) -> tuple[memoryview[float], int] | None:
+    def target_address(self, handle: int) -> tuple[memoryview[float], int] | None:
         """Return where the target of a joint is: array and index; None if it has no controller here."""
         index = self._index.get(handle)
         return None if index is None else (self._target.data.cast("B").cast("d"), index)
+
+    def place_of(self, handle: int) -> int | None:
+        """Return the place of a joint among the targets; None: it has no controller here."""
+        return self._index.get(handle)
+
+    def target_of(self, handle: int) -> float:
+        """Return the target of a joint, rad or m."""
+        return float(self._target[self._index[handle]])
 
     def remember(self) -> PositionMemory:
         """Return a copy of the controllers' memory."""

@@ -8,7 +8,7 @@ simulation step is stepped in one call, which releases the interpreter lock only
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import mujoco
@@ -20,6 +20,7 @@ from simx_server.joints.servo import Entry
 from simx_server.joints.watch import DIVERGED, Divergence, StepFailed, Watch, are_finite
 
 from . import kinematics
+from .apart import Apart, Made
 from .cyclic_springs import CyclicSprings
 from .grip import Grip
 from .indices import Columns
@@ -152,9 +153,9 @@ class Stepper:
         """Give a running position controller or spring a new target; return False when the joint has none here."""
         return self._position.retarget(handle, value) or self._springs.retarget(handle, value)
 
-    def target_of(self, handle: int) -> tuple[memoryview[float], int] | None:
+    def target_address(self, handle: int) -> tuple[memoryview[float], int] | None:
         """Return where the target of a running position controller is; None when the joint has none here."""
-        return self._position.target_of(handle)
+        return self._position.target_address(handle)
 
     def step(
         self, count: int, flags: int = 0, *, average_force: bool = False, within: Sequence[Within] = ()
@@ -178,7 +179,7 @@ class Stepper:
         """
         flags |= self._flags
         corrections = flags & (LIMIT_SEPARATION | KEEP_DOWN)
-        if self._is_constant and not (average_force or self._has_cells or within or corrections):
+        if self.may_skip_means(average_force=average_force) and not (within or corrections):
             flags |= LAST_FORCE
         self._watch.begin(count)
         if self._module is not None and not within:
@@ -195,11 +196,80 @@ class Stepper:
             kinematics.update(self._model, self._data)
         return has_deep_contacts(self._data)
 
-    def _run_compiled(self, count: int, flags: int) -> bool:
-        """Do the same in C, which lets other threads run meanwhile."""
-        step, watch, done = self._step, self._watch, 0
-        if step is None:
-            step = self._step = self._compile()
+    def may_skip_means(self, *, average_force: bool) -> bool:
+        """Return whether nothing has to be averaged over physics steps without corrections of contacts."""
+        return self._is_constant and not (average_force or self._has_cells)
+
+    @property
+    def own_flags(self) -> int:
+        """Return the parts of each step that the model needs."""
+        return self._flags
+
+    @property
+    def compiled(self) -> PhysicsStep | None:
+        """Return the compiled form; None where Python makes the steps."""
+        if self._step is None and self._module is not None:
+            self._step = self._compile()
+        return self._step
+
+    def place_of(self, handle: int) -> int | None:
+        """Return the place of a joint among the targets of position controllers, or of cyclic springs; None: none."""
+        place = self._position.place_of(handle)
+        return self._springs.place_of(handle) if place is None else place
+
+    def target_of(self, handle: int) -> float:
+        """Return the target of a joint's position controller or cyclic spring, rad or m."""
+        targets = self._springs if self._position.place_of(handle) is None else self._position
+        return targets.target_of(handle)
+
+    def step_apart(
+        self, count: int, flags: int, log: Callable[[Sequence[str]], object], *, average_force: bool
+    ) -> Generator[Apart, Made, bool]:
+        """Make physics steps as `step`, in C by the caller, who gets them by a yield.
+
+        Args:
+            log: takes the texts of MuJoCo's warnings.
+        """
+        step = self.compiled
+        assert step is not None
+        flags |= self._flags
+        if self.may_skip_means(average_force=average_force) and not flags & (LIMIT_SEPARATION | KEEP_DOWN):
+            flags |= LAST_FORCE
+        self._watch.begin(count)
+        if self._has_stiff_springs:
+            self._stiff_springs.refresh()
+        try:
+            made = yield Apart(step, count, flags)
+        except self._no_room:
+            raise no_room(self._data) from None
+        if made.warnings:
+            log(made.warnings)
+        return self.go_on(made.count, count, flags)
+
+    def go_on(self, done: int, count: int, flags: int) -> bool:
+        """Check physics steps that another thread has made in C, and make those that are missing.
+
+        Args:
+            done: number of physics steps that were made.
+            count: number of all in the simulation step.
+            flags: see `step`.
+
+        Returns:
+            Whether shapes overlap deeply.
+
+        Raises:
+            StepFailed: as `step`.
+        """
+        step = self._step
+        assert step is not None
+        if step.has_diverged or done < count or step.seconds > watching.GLANCE:
+            self._watch.made(done, has_diverged=step.has_diverged, seconds=step.seconds)
+        return self._run_compiled(count, flags, done)
+
+    def _run_compiled(self, count: int, flags: int, done: int = 0) -> bool:
+        """Do the same in C, which lets other threads run meanwhile; `done` physics steps were made already."""
+        step, watch = self.compiled, self._watch
+        assert step is not None
         while done < count:
             if self._has_stiff_springs:
                 self._stiff_springs.refresh()

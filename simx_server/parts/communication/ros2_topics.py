@@ -142,6 +142,9 @@ class Ros2Topics(Part):
     def step_finished(self) -> None:
         self.close_those_of_ended_scripts()
 
+    def awaits_steps(self) -> bool:
+        return bool(self._opened)
+
     def serve(self, node: Ros2Node | None) -> None:
         """Open topics in ROS 2 from now on; None: it ends, with all topics."""
         if node is None:

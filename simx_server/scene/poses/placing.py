@@ -48,6 +48,15 @@ def object_pose(sim: LiveScene, item: SceneObject) -> Pose:
     return compose(body_pose(sim, item.body), _local_pose(sim, item))
 
 
+def pose_in_body(sim: LiveScene, item: SceneObject) -> Pose | None:
+    """Return the pose of an object in its body's frame; None: it has none that stays the same while bodies move."""
+    if item.element in ("site", "geom"):
+        return _local_pose(sim, item)
+    fixed = mujoco.mjtCamLight.mjCAMLIGHT_FIXED.value
+    modes = {"camera": sim.model.cam_mode, "light": sim.model.light_mode}.get(item.element)
+    return _local_pose(sim, item) if modes is not None and modes[item.id] == fixed else None
+
+
 def moving_pose(sim: LiveScene, item: SceneObject) -> Pose:
     """Return the world pose of the frame for an object's children: a joint's moving frame, else its own."""
     if item.element == "joint":

@@ -42,9 +42,18 @@ class PoseCopies:
         self._places: dict[str, tuple[int, tuple[int, ...]]] = {}
         """For each array its offset in the block, in numbers, and its shape."""
 
-        block = self._find_block()
+        block = self._block = self._find_block()
         self.numbers: Callable[[], Array] = self._joined if block is None else block.copy
         """Copies the present poses as one array, for `poses`."""
+
+    @property
+    def block(self) -> Array | None:
+        """Return the memory that `numbers` copies; None: it puts several arrays together."""
+        return self._block
+
+    def place_of(self, name: str) -> int:
+        """Return where one of MuJoCo's arrays starts in the numbers."""
+        return self._places[name][0]
 
     def poses(self, numbers: Array) -> Poses:
         """Return what `numbers` has copied."""

@@ -242,6 +242,23 @@ class VisionSensors(HandledSensors, Part):
             return bool(self._sim.scene.of_kind(ObjectKind.VISION_SENSOR))
         return self._are_some_new() or bool(self._remembering())
 
+    @property
+    def remembers(self) -> bool:
+        """Return whether filters of sensors remember earlier images, which each step has to render."""
+        return bool(self._remembering())
+
+    def adopt_run(self, *, is_new: bool, has_steps: bool) -> None:
+        """Take over simulation steps that were made outside; only if no filter `remembers` images.
+
+        Args:
+            is_new: another run has started.
+            has_steps: steps of the run were made.
+        """
+        if is_new:
+            self._forget_images()
+        if has_steps:
+            self.sense_all()
+
     def sense_all(self) -> None:
         """Start the sensing phase of a simulation step: render the sensors whose filters remember earlier images.
 

@@ -181,16 +181,17 @@ class Metrics(Watcher):
             else:
                 failures.silent += 1
 
-    def passed(self, time_step: float, seconds: float) -> None:
-        """Record that a simulation step was made.
+    def passed(self, time_step: float, seconds: float, times: int = 1) -> None:
+        """Record that a simulation step was made, or several.
 
         Args:
             time_step: its simulated seconds.
             seconds: the wall time that it took.
+            times: number of steps, each of that time.
         """
-        self.steps += 1
-        self.simulated += time_step
-        self.step_times.add(seconds)
+        self.steps += times
+        self.simulated += time_step * times
+        self.step_times.add(seconds, times)
 
     def count_also(self, names: Container[str]) -> None:
         """Count by their names the calls that another protocol brings, beside the table's commands."""

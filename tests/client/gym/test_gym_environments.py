@@ -151,7 +151,7 @@ def test_an_increment_moves_its_target_from_where_the_episode_starts(scene: Path
     )
     environment.reset(seed=1)
     values = [
-        environment._episodes._values[0]["hinge.target_position"][0]
+        environment._episodes.counts_of(0)["hinge.target_position"][0]
         for _ in range(5)
         if environment.step(np.ones(1, np.float32))
     ]

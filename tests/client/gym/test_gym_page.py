@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from simx_client.gym import TASKS
-from simx_client.gym.readable import READABLE
-from simx_client.gym.writable import WRITABLE
+from simx_client.gym.quantities.readable import READABLE
+from simx_client.gym.quantities.writable import WRITABLE
 
 pytestmark = [pytest.mark.slow, pytest.mark.system, pytest.mark.gl]
 

@@ -13,8 +13,8 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.embedded import EmbeddedConnection
 from simx_client.errors import CallsFailed
 from simx_client.gym import SimxEnv
-from simx_client.gym.readable import READABLE
-from simx_client.gym.writable import WRITABLE
+from simx_client.gym.quantities.readable import READABLE
+from simx_client.gym.quantities.writable import WRITABLE
 
 pytestmark = pytest.mark.gl
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from simx_client.connection.calls import Calls
 
 from .names import Subject
@@ -14,6 +17,7 @@ _NEVER_REACHED = 1e4
 """Velocity in rad/s or m/s that no motor reaches: the motor then pushes with its maximum force, V-REP's idiom."""
 
 Numbers = Sequence[float]
+Rows = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -31,11 +35,26 @@ class Writable:
     """Property that an `Increment` starts from; None: increments are impossible."""
 
     has_frame: bool = False
+    arguments: Callable[[Numbers], Numbers] | None = None
+    """Returns the last arguments of the calls, one after the other; None: these are the numbers."""
+
+    rows: Callable[[Rows], Rows] | None = None
+    """Does the same for many simulations: (n, size) to (n, number of arguments)."""
+
+
+def _velocity_and_force(numbers: Numbers) -> Numbers:
+    return _NEVER_REACHED if numbers[0] >= 0 else -_NEVER_REACHED, abs(numbers[0])
 
 
 def _push(calls: Calls, it: Subject, numbers: Numbers) -> None:
-    calls.simxSetJointTargetVelocity(it.handle, _NEVER_REACHED if numbers[0] >= 0 else -_NEVER_REACHED)
-    calls.simxSetJointForce(it.handle, abs(numbers[0]))
+    velocity, force = _velocity_and_force(numbers)
+    calls.simxSetJointTargetVelocity(it.handle, velocity)
+    calls.simxSetJointForce(it.handle, force)
+
+
+def _velocities_and_forces(numbers: Rows) -> Rows:
+    velocities = np.where(numbers >= 0, _NEVER_REACHED, -_NEVER_REACHED)
+    return np.concatenate((velocities, np.abs(numbers)), axis=1)
 
 
 WRITABLE = (
@@ -60,6 +79,8 @@ WRITABLE = (
         "force or torque of the motor in N or N m: a velocity that is not reached, and a maximum force",
         1,
         _push,
+        arguments=_velocity_and_force,
+        rows=_velocities_and_forces,
     ),
     Writable(
         "joint",
@@ -108,5 +129,7 @@ WRITABLE = (
         "integer signal; the number is rounded",
         1,
         lambda calls, it, numbers: calls.simxSetIntegerSignal(it.name, round(numbers[0])),
+        arguments=lambda numbers: [round(numbers[0])],
+        rows=np.rint,
     ),
 )

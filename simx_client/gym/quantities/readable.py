@@ -59,6 +59,11 @@ class Readable:
     at_start: float | None = None
     """Value at the start of an episode if nothing was measured or set yet; None: then there always is a value."""
 
+    rows: Callable[[Value], Value] | None = None
+    """Returns the numbers of many simulations, (n, size), from all numbers of the answers, (n, ...); None: only `value`
+    can do it, for each simulation.
+    """
+
 
 def _answer(answer: Any) -> Any:
     return answer.value
@@ -88,6 +93,19 @@ def _wrench(part: int) -> Callable[[Any], Any]:
     return value
 
 
+def all_numbers(rows: Value) -> Value:
+    """Return the numbers of the answers, all of which count."""
+    return rows
+
+
+def _wrenches(part: slice) -> Callable[[Value], Value]:
+    def rows(numbers: Value) -> Value:
+        has_values = (numbers[:, :1].astype(int) & _HAS_VALUES) != 0
+        return np.where(has_values, numbers[:, part], 0.0)
+
+    return rows
+
+
 READABLE = (
     Readable(
         "joint",
@@ -96,6 +114,7 @@ READABLE = (
         1,
         lambda calls, it: calls.simxGetJointPosition(it.handle),
         _answer,
+        rows=all_numbers,
     ),
     Readable(
         "joint",
@@ -104,6 +123,7 @@ READABLE = (
         1,
         lambda calls, it: calls.simxGetObjectFloatParameter(it.handle, c.sim_jointfloatparam_velocity),
         _answer,
+        rows=all_numbers,
     ),
     Readable(
         "joint",
@@ -112,6 +132,7 @@ READABLE = (
         1,
         lambda calls, it: calls.simxGetJointForce(it.handle),
         _answer,
+        rows=all_numbers,
     ),
     Readable(
         OBJECT,
@@ -121,6 +142,7 @@ READABLE = (
         lambda calls, it: calls.simxGetObjectPosition(it.handle, it.frame),
         _answer,
         has_frame=True,
+        rows=all_numbers,
     ),
     Readable(
         OBJECT,
@@ -130,6 +152,7 @@ READABLE = (
         lambda calls, it: calls.simxGetObjectQuaternion(it.handle, it.frame),
         _answer,
         has_frame=True,
+        rows=all_numbers,
     ),
     Readable(
         OBJECT,
@@ -139,6 +162,7 @@ READABLE = (
         lambda calls, it: calls.simxGetObjectOrientation(it.handle, it.frame),
         _answer,
         has_frame=True,
+        rows=all_numbers,
     ),
     Readable(
         OBJECT,
@@ -147,6 +171,7 @@ READABLE = (
         3,
         lambda calls, it: calls.simxGetObjectVelocity(it.handle),
         lambda answer: answer.value[0],
+        rows=lambda rows: rows[:, :3],
     ),
     Readable(
         OBJECT,
@@ -155,6 +180,7 @@ READABLE = (
         3,
         lambda calls, it: calls.simxGetObjectVelocity(it.handle | _PHYSICAL),
         lambda answer: answer.value[1],
+        rows=lambda rows: rows[:, 3:],
     ),
     Readable(
         "proximity sensor",
@@ -172,6 +198,7 @@ READABLE = (
         3,
         lambda calls, it: calls.simxReadForceSensor(it.handle),
         _wrench(0),
+        rows=_wrenches(slice(1, 4)),
     ),
     Readable(
         "force sensor",
@@ -180,6 +207,7 @@ READABLE = (
         3,
         lambda calls, it: calls.simxReadForceSensor(it.handle),
         _wrench(1),
+        rows=_wrenches(slice(4, 7)),
     ),
     Readable(
         "camera",
