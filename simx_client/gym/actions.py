@@ -184,9 +184,7 @@ class Actions:
         if array.shape != (count, *(self.space.shape or ())):
             return None
         if self._is_discrete:
-            ends = (
-                self.space.nvec if isinstance(self.space, MultiDiscrete) else [cast("Discrete", self.space).n]
-            )
+            ends = [len(part.how.values) for part in self.parts if isinstance(part.how, Choices)]
             array = array.reshape(count, -1)
             if not np.issubdtype(array.dtype, np.integer) or not ((array >= 0) & (array < ends)).all():
                 return None

@@ -53,8 +53,8 @@ class Task:
     camera: str | None = None
     randomize: Randomize | None = None
     vectorized: bool = False
-    """Whether `reward` and `done` also take the states of many simulations as one, with arrays of a row for each.
-    It saves the time of calling them for each simulation.
+    """Whether `reward` and `done` also take the states of many simulations as one, with arrays that have a row for
+    each. It saves the time of calling them for each simulation.
     """
 
     def __post_init__(self) -> None:

@@ -175,12 +175,12 @@ class SimxVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
             raise ValueError(
                 f"the episodes of simulations {sorted(resting)} are over; reset them with options={{'reset_mask': …}}"
             )
-        if not isinstance(actions, np.ndarray):
-            actions = list(iterate(self.action_space, actions))
-        if len(actions) != self.num_envs:
-            raise ValueError(f"{self.num_envs} simulations need as many actions, not {len(actions)}")
+        is_array = actions.__class__ is np.ndarray
+        rows: Sequence[Any] = actions if is_array else list(iterate(self.action_space, actions))
+        if len(rows) != self.num_envs:
+            raise ValueError(f"{self.num_envs} simulations need as many actions, not {len(rows)}")
         stepped = [place for place in everywhere if place not in resting] if resting else everywhere
-        episodes.step(stepped, actions)
+        episodes.step(stepped, rows)
         self._steps += ~self._is_over
         rewards, terminated = episodes.judge(stepped)
         if self._limit is None:

@@ -75,66 +75,91 @@ def start(
     Raises:
         ValueError: the wanted threads cannot be used; the text gives the reason.
     """
-    processes, threads = wanted
-    if processes and threads:
-        raise ValueError(
-            f"worker processes have no threads; leave out processes={processes} or threads={threads}"
-        )
-    if threads is not None and threads < 0:
-        raise ValueError(f"threads must be 0 or more, not {threads}")
+    return _Placing(task, count, wanted, timeout, settings, stack).start()
 
-    def here(why: str, threads: int = 0) -> Place:
-        return Place(
-            open_many(task.scene, count, 0, timeout, settings, stack), _backend(0, threads, why), threads
-        )
 
-    several = min(count, cores())
-    may_work = processes is None and not threads and several > 1 and os.name == "posix"
-    if processes:
-        servers = open_many(task.scene, count, processes, timeout, settings, stack)
-        return Place(servers, _backend(processes, 0, "as `processes` says"), 0)
-    is_known = threads == 0 or (count == 1 and threads is None and bool(settings))
-    """No world is tried: one alone may have files and ports that another one cannot have too."""
-    if is_known and not may_work:
-        return here("as `processes` says" if processes == 0 else _few(count))
-    with ExitStack() as trial:
-        alone, _ = open_alone(task.scene, timeout, settings, trial)
-        found = None if is_known else try_threads(task, alone)
-        is_whole = isinstance(found, Threaded) and found.is_whole
-        in_turn = count * seconds_per_step(task, alone) if may_work and not is_whole else 0.0
-    in_threads = math.inf
-    if isinstance(found, Threaded):
-        number = threads or several
-        if found.is_whole:
-            return here("compiled code does everything of a step", number)
-        in_threads = found.seconds_of_all(count, several)
-        if not may_work or in_threads <= _GOOD * count * found.seconds / several:
-            return here(_PHYSICS_IN_THREADS, number)
-    elif threads:
-        raise ValueError(f"threads={threads} cannot be used: {found}")
-    if not may_work:
-        return here(found if isinstance(found, str) else _few(count))
-    processes, why = choice(in_turn, several)
-    if processes is None:
+class _Placing:
+    """The choice of a place; the arguments are those of `start`."""
+
+    def __init__(
+        self,
+        task: Task,
+        count: int,
+        wanted: Wanted,
+        timeout: float,
+        settings: Mapping[str, object],
+        stack: ExitStack,
+    ) -> None:
+        processes, threads = self._wanted = wanted
+        if processes and threads:
+            raise ValueError(
+                f"worker processes have no threads; leave out processes={processes} or threads={threads}"
+            )
+        if threads is not None and threads < 0:
+            raise ValueError(f"threads must be 0 or more, not {threads}")
+        self._task, self._count, self._stack = task, count, stack
+        self._timeout, self._settings = timeout, settings
+        self._several = min(count, cores())
+        self._may_work = processes is None and not threads and self._several > 1 and os.name == "posix"
+
+    def start(self) -> Place:
+        processes, threads = self._wanted
+        if processes:
+            return self._in(self._stack, processes, "as `processes` says")
+        # One world alone may have files and ports that another one, for a trial, cannot have too.
+        may_thread = threads != 0 and not (self._count == 1 and threads is None and self._settings)
+        why = "as `processes` says" if processes == 0 else _few(self._count)
+        if not (may_thread or self._may_work):
+            return self._in(self._stack, 0, why)
         with ExitStack() as trial:
-            workers = open_many(task.scene, count, several, timeout, settings, trial)
-            together = seconds_per_step(task, workers)
-            if together < min(in_turn, in_threads):
-                stack.push(trial.pop_all())
-                return Place(workers, _backend(several, 0, _compared(in_turn, together, several)), 0)
-            processes, why = 0, _compared(in_turn, together, several)
-    if processes == 0 and in_threads < in_turn:
-        return here(_PHYSICS_IN_THREADS, several)
-    return Place(
-        open_many(task.scene, count, processes, timeout, settings, stack), _backend(processes, 0, why), 0
-    )
+            alone, _ = open_alone(self._task.scene, self._timeout, self._settings, trial)
+            found = try_threads(self._task, alone) if may_thread else why
+            if isinstance(found, str) and threads:
+                raise ValueError(f"threads={threads} cannot be used: {found}")
+            is_whole = isinstance(found, Threaded) and found.is_whole
+            in_turn = (
+                self._count * seconds_per_step(self._task, alone) if self._may_work and not is_whole else 0.0
+            )
+        if isinstance(found, str):
+            return self._by_calls(in_turn) if self._may_work else self._in(self._stack, 0, found)
+        number, in_threads = threads or self._several, found.seconds_of_all(self._count, self._several)
+        if found.is_whole:
+            return self._in(self._stack, 0, "compiled code does everything of a step", number)
+        perfect = self._count * found.seconds / self._several
+        if not self._may_work or in_threads <= _GOOD * perfect:
+            return self._in(self._stack, 0, _PHYSICS_IN_THREADS, number)
+        return self._by_calls(in_turn, in_threads)
+
+    def _by_calls(self, in_turn: float, in_threads: float = math.inf) -> Place:
+        """Return workers, or a process without them, where a step takes the least time; or threads.
+
+        Args:
+            in_turn: seconds that a step of all takes one after the other.
+            in_threads: about how many it takes in threads.
+        """
+        processes, why = choice(in_turn, self._several)
+        if processes is None:
+            with ExitStack() as trial:
+                workers = self._in(trial, self._several, "")
+                together = seconds_per_step(self._task, workers.servers)
+                why = (
+                    f"a step of all takes {_shown(in_turn)} in one process, {_shown(together)} in {self._several} "
+                    "workers"
+                )
+                if together < min(in_turn, in_threads):
+                    self._stack.push(trial.pop_all())
+                    return workers._replace(backend=_backend(self._several, 0, why))
+            processes = 0
+        if processes == 0 and in_threads < in_turn:
+            return self._in(self._stack, 0, _PHYSICS_IN_THREADS, self._several)
+        return self._in(self._stack, processes, why)
+
+    def _in(self, stack: ExitStack, processes: int, why: str, threads: int = 0) -> Place:
+        servers = open_many(self._task.scene, self._count, processes, self._timeout, self._settings, stack)
+        return Place(servers, _backend(processes, threads, why), threads)
 
 
 _PHYSICS_IN_THREADS = "compiled code makes the physics, Python the rest of a step"
-
-
-def _compared(in_turn: float, together: float, workers: int) -> str:
-    return f"a step of all takes {_shown(in_turn)} in one process, {_shown(together)} in {workers} workers"
 
 
 class Threaded(NamedTuple):

@@ -13,7 +13,9 @@ class Apart(NamedTuple):
     """Physics steps to be made."""
 
     step: PhysicsStep
-    count: int
+    steps: int
+    """Number of all physics steps of the simulation step."""
+
     flags: int
     """The sum of the parts of a step that are wanted; see `stepper.py`."""
 
@@ -21,7 +23,7 @@ class Apart(NamedTuple):
 class Made(NamedTuple):
     """What has come of them."""
 
-    count: int
+    steps: int
     """Number of physics steps that were made."""
 
     warnings: Sequence[str]

@@ -244,7 +244,7 @@ class Stepper:
             raise no_room(self._data) from None
         if made.warnings:
             log(made.warnings)
-        return self.go_on(made.count, count, flags)
+        return self.go_on(made.steps, count, flags)
 
     def go_on(self, done: int, count: int, flags: int) -> bool:
         """Check physics steps that another thread has made in C, and make those that are missing.

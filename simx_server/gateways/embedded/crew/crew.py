@@ -32,7 +32,7 @@ class Crew:
         if compiled is None:
             raise ConnectionFailed(f"steps in threads need compiled code: {reason}")
         count = len(lent)
-        self._members = [
+        self._members: list[Member] = [
             Member(
                 place,
                 each,
@@ -49,7 +49,11 @@ class Crew:
             if reason := member.reason_against():
                 raise ConnectionFailed(reason)
         starts = () if plan.starts is None else plan.starts[0]
-        self.widths = width_of(starts), width_of(plan.writes[0]), self._members[0].widths()
+        self.widths: tuple[int, int, Sequence[int]] = (
+            width_of(starts),
+            width_of(plan.writes[0]),
+            self._members[0].widths(),
+        )
         self._compiled, self._crew = compiled, compiled.Crew(count, threads)
         self._steps = plan.steps
         self._ahead = threads - 1
@@ -113,34 +117,29 @@ class Crew:
 
     def step(self, places: Places, values: Rows, results: Rows) -> list[Refusal]:
         """Make the steps of some worlds; return the calls that failed."""
-        if self.is_whole:
-            return self._step_whole(places, values, results)
-        lent = self._is_lent[places]
-        for place in places[~lent].tolist():
-            self._lend(place)
-        lent = self._is_lent[places]
-        refusals = self._step_whole(places[lent], values, results) if lent.any() else []
-        rest = places[~lent].tolist()
-        running = {place: self._members[place].run(values[place], results[place]) for place in rest}
-        return refusals + self._step_apart(running)
-
-    def _step_whole(self, places: Places, values: Rows, results: Rows) -> list[Refusal]:
+        if not self.is_whole:
+            for place in places[~self._is_lent[places]].tolist():
+                self._lend(place)
         with self._lock:
-            failed = self._crew.step(places, values, results, self._steps)
+            lent = places if self.is_whole else places[self._is_lent[places]]
+            failed = self._crew.step(lent, values, results, self._steps) if len(lent) else []
             courses = {place: self._members[place].lent_course for place in failed}
-        if not failed:
+        if not failed and lent is places:
             return []
         refusals: list[Refusal] = []
-        going_on: dict[int, Physics] = {}
-        for place in failed:
-            member, course = self._members[place], courses[place]
+        running: dict[int, Physics] = {}
+        for place in np.setdiff1d(places, lent).tolist():
+            running[place] = self._members[place].run(values[place], results[place])
+        for place, course in courses.items():
+            member = self._members[place]
             refused = member.take_over()
             refusals += refused
             if course.outcome == self._compiled.REFUSED:
-                going_on[place] = member.run(values[place], results[place])
+                running[place] = member.run(values[place], results[place])
             elif not refused:
-                going_on[place] = member.run(values[place], results[place], self._steps - course.done - 1)
-        return refusals + self._step_apart(going_on)
+                left = self._steps - course.done - 1
+                running[place] = member.run(values[place], results[place], left)
+        return refusals + self._step_apart(running)
 
     def _step_apart(self, running: dict[int, Physics]) -> list[Refusal]:
         """Make steps of which Python makes a part: its physics in threads, while Python is with other worlds."""

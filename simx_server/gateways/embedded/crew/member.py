@@ -408,8 +408,9 @@ class Member:
     def _by_messages(self, values: Rows, results: Rows, steps: int | None) -> list[Refusal]:
         """Do the same by calls that may wait for other clients. Within a turn, which is interrupted."""
         writes = list(filled(self._calls.writes, values.tolist())) if steps is None else []
-        triggers: Noted = [(_TRIGGER, [])] * (self._calls.steps if steps is None else steps)
-        calls = [*writes, *triggers, *self._calls.reads]
+        trigger: tuple[Command, list[Any]] = (_TRIGGER, [])
+        count = self._calls.steps if steps is None else steps
+        calls = [*writes, *[trigger] * count, *self._calls.reads]
         self._turns.end()
         try:
             replies = self._link.execute_together(calls, TIMEOUT) or []
@@ -453,7 +454,7 @@ def filled(calls: Noted, values: Sequence[float]) -> Iterator[tuple[Command, lis
     place = 0
     for command, arguments in calls:
         last = arguments[-1]
-        width = len(last) if isinstance(last, list) else 1
+        width = _width(last)
         numbers = values[place : place + width]
         place += width
         if isinstance(last, list):
@@ -465,7 +466,11 @@ def filled(calls: Noted, values: Sequence[float]) -> Iterator[tuple[Command, lis
 
 def width_of(calls: Noted) -> int:
     """Return how many numbers calls have as their last arguments."""
-    return sum(len(arguments[-1]) if isinstance(arguments[-1], list) else 1 for _, arguments in calls)
+    return sum(_width(arguments[-1]) for _, arguments in calls)
+
+
+def _width(argument: Any) -> int:
+    return len(cast("list[Any]", argument)) if isinstance(argument, list) else 1
 
 
 def _positions(numbers: bytes | None, joints: int) -> Positions | None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -77,10 +77,11 @@ class Writes:
         if state.mode != JointMode.FORCE or not is_controlled:
             return None
         if rule is Rule.SPRING and not state.cyclic:
-            return Write(
-                self._operation("SPRING", binding.ctrl, a=binding.gear, b=state.offset),
-                lambda value: self._joints.note_written(binding.handle, target_position=value),
-            )
+
+            def note_target(value: float) -> None:
+                self._joints.note_written(binding.handle, target_position=value)
+
+            return Write(self._operation("SPRING", binding.ctrl, a=binding.gear, b=state.offset), note_target)
         place = self._joints.stepper.place_of(binding.handle)
         if rule not in (Rule.SPRING, Rule.POSITION) or place is None:
             return None
@@ -257,7 +258,7 @@ def numbers_of(values: Sequence[Any]) -> list[float] | None:
     """Return the numbers among the results of a call, one after the other; None: something else is among them."""
     found: list[float] = []
     for value in values:
-        for number in value if isinstance(value, list) else (value,):
+        for number in cast("list[Any]", value) if isinstance(value, list) else (value,):
             if not isinstance(number, (int, float)):
                 return None
             found.append(float(number))
