@@ -30,8 +30,9 @@ def tree(tmp_path: Path, hook: ModuleType) -> Path:
     """A tree with nothing but the sources, and with modules of an earlier build."""
     for source in hook.SOURCES:
         folder = tmp_path / source.parent
-        folder.mkdir(parents=True)
-        shutil.copy(ROOT / source, folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        for text in (ROOT / source, *(ROOT / source.parent).glob("*.h")):
+            shutil.copy(text, folder)
         (tmp_path / hook.module_of(source)).write_bytes(b"old")
     return tmp_path
 
@@ -55,11 +56,11 @@ def test_the_modules_are_compiled_for_the_installed_mujoco(tree: Path, hook: Mod
     folders = [str(path.parent) for path in modules(tree, hook)]
     text = (
         f"import sys; sys.path[:0] = {folders!r}; import mujoco, _physics_step as m, _triangle_pairs as t; "
-        "import _least_squares as k, _first_hit as f; "
-        "print(m.HEADER == mujoco.mj_version(), *(len(x.SOURCE_HASH) for x in (m, t, k, f)))"
+        "import _least_squares as k, _first_hit as f, _crew as c; "
+        "print(m.HEADER == c.HEADER == mujoco.mj_version(), *(len(x.SOURCE_HASH) for x in (m, t, k, f, c)))"
     )
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ("True 16 16 16 16\n", "")
+    assert (done.stdout, done.stderr) == ("True 16 16 16 16 16\n", "")
 
 
 def test_without_a_compiler_no_module_is_left(
@@ -128,6 +129,10 @@ def test_each_system_has_its_own_flags_and_names_of_modules(
     first, *_ = found = modules(tree, hook)
     assert (len(found), first.name) == (len(hook.SOURCES), name)
     assert first.read_text(encoding="utf-8").splitlines()[-len(flags) :] == flags
-    assert sorted(each.name for each in first.parent.iterdir() if each.suffix != ".so") == sorted(
-        {"_physics_step.c", name} - {"_physics_step.abi3.so"}
-    )
+    folder = ROOT / hook.SOURCES[0].parent
+    made = {hook.module_of(source).name for source in hook.SOURCES if (ROOT / source).parent == folder}
+    texts = {each.name for each in folder.iterdir() if each.suffix in (".c", ".h")}
+    beside = {each.name for each in first.parent.iterdir()}
+    assert {each for each in beside if not each.endswith(".so")} == {
+        each for each in made | texts if not each.endswith(".so")
+    }

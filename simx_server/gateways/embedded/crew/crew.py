@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,10 @@ from .lent import Lent
 from .member import Calls, Member, Physics, Rows, width_of
 
 Places = NDArray[np.intp]
+
+
+if TYPE_CHECKING:
+    from simx_server.joints.native._crew import Crew as Threads
 
 
 class Crew:
@@ -54,7 +59,8 @@ class Crew:
             width_of(plan.writes[0]),
             self._members[0].widths(),
         )
-        self._compiled, self._crew = compiled, compiled.Crew(count, threads)
+        self._compiled = compiled
+        self._crew: Threads = compiled.Crew(count, threads)
         self._steps = plan.steps
         self._ahead = threads - 1
         """Worlds that may wait for another thread, before this one makes physics too."""
@@ -79,7 +85,7 @@ class Crew:
 
     def started(self, places: Places, results: Rows) -> None:
         """Let compiled code step the worlds in which an episode was started, if nothing else has to; read them."""
-        for place in places.tolist():
+        for place in _listed(places):
             self._lend(place)
             self._members[place].read_start(results[place])
 
@@ -118,17 +124,17 @@ class Crew:
     def step(self, places: Places, values: Rows, results: Rows) -> list[Refusal]:
         """Make the steps of some worlds; return the calls that failed."""
         if not self.is_whole:
-            for place in places[~self._is_lent[places]].tolist():
+            for place in _listed(places[~self._is_lent[places]]):
                 self._lend(place)
         with self._lock:
             lent = places if self.is_whole else places[self._is_lent[places]]
-            failed = self._crew.step(lent, values, results, self._steps) if len(lent) else []
+            failed: list[int] = self._crew.step(lent, values, results, self._steps) if len(lent) else []
             courses = {place: self._members[place].lent_course for place in failed}
         if not failed and lent is places:
             return []
         refusals: list[Refusal] = []
         running: dict[int, Physics] = {}
-        for place in np.setdiff1d(places, lent).tolist():
+        for place in _listed(np.setdiff1d(places, lent)):
             running[place] = self._members[place].run(values[place], results[place])
         for place, course in courses.items():
             member = self._members[place]
@@ -187,3 +193,7 @@ class Crew:
 
 _NONE = np.zeros(0, np.intp)
 _ALL = -1
+
+
+def _listed(places: Places) -> list[int]:
+    return places.tolist()
