@@ -37,7 +37,7 @@ Noted = Sequence[tuple[Command, list[Any]]]
 
 
 class Plan(NamedTuple):
-    """What several worlds do in each step of their crew, and at the start of an episode; each has an entry by world.
+    """The calls of several worlds in each step of their crew, and at the start of an episode, by world.
 
     The numbers among the arguments of writes are replaced by those of each step: numbers of a list one by one.
     """

@@ -36,7 +36,7 @@ cores.
 
 
 class Wanted(NamedTuple):
-    """What the user has asked for."""
+    """The places that the user has asked for."""
 
     processes: int | None = None
     """Number of worker processes, 0 for this process."""
@@ -173,7 +173,7 @@ class Threaded(NamedTuple):
     """The part of these seconds that is physics."""
 
     def seconds_of_all(self, count: int, threads: int) -> float:
-        """Return about how long a step of so many simulations takes: one thread does all that Python does."""
+        """Return about how long a step of this many simulations takes: one thread does all that Python does."""
         return count * max(self.seconds - self.physics, self.seconds / threads)
 
 

@@ -187,7 +187,7 @@ class EmbeddedTransport(PackingLink):
 
     def lend(self, take_back: Callable[[], object]) -> None:
         """Let a crew step the world until the next turn, which calls `take_back`. Within a turn."""
-        self.is_direct = False  # direct calls take no turn of their own
+        self.is_direct = False  # direct calls would pass by the turns
         self._turns.lend(take_back)
 
     def returned(self) -> None:

@@ -21,7 +21,7 @@ class Apart(NamedTuple):
 
 
 class Made(NamedTuple):
-    """What has come of them."""
+    """The result of these physics steps."""
 
     steps: int
     """Number of physics steps that were made."""

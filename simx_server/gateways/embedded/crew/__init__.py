@@ -1,4 +1,4 @@
-"""Worlds of one process that step together in threads, for a program that has a client of its own in each of them.
+"""Worlds of one process that step together in threads, for a program that has a client in each of them.
 
 `crew` steps all of them; `member` is one of them; `operations` finds for a call what compiled code does instead. Three
 ways lead through a step, with equal results bit for bit:

@@ -1,4 +1,4 @@
-"""What a crew needs of the link to a world."""
+"""The link to a world, as a crew uses it."""
 
 from __future__ import annotations
 

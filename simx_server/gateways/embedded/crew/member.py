@@ -42,7 +42,7 @@ Physics = Generator[Apart, Made, list[Refusal]]
 
 
 class Calls(NamedTuple):
-    """What one world does in a step, and at the start of an episode; see `simx_client.transport.direct.Plan`."""
+    """The calls of one world in a step, and at the start of an episode; see `simx_client.transport.direct.Plan`."""
 
     starts: Noted | None
     writes: Noted

@@ -33,7 +33,7 @@ _PUT_ANYWHERE = (Rule.FREE, Rule.VELOCITY, Rule.POSITION, Rule.SPRING, Rule.STIF
 
 
 class Write(NamedTuple):
-    """What a write of one number does."""
+    """An operation that writes one number, and its note."""
 
     operation: Operation
     note: Note
