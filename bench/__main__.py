@@ -54,6 +54,7 @@ MEASUREMENTS = {
     "zmq": "bench.zmq.calls",
     "ros2": "bench.ros2.steps",
     "learning": "bench.learning.growth",
+    "environments": "bench.learning.environments",
 }
 """By name the module whose function ``measure`` makes it, in the order of the report."""
 

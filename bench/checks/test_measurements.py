@@ -11,6 +11,7 @@ import pytest
 
 from bench.calls import batch, one_host, streaming, worlds
 from bench.images import picture, rendering, sizes
+from bench.learning import environments
 from bench.learning import growth as learning
 from bench.load import classroom, clients, scale, servers, startup, view
 from bench.measuring.measure import Effort
@@ -194,6 +195,16 @@ def test_worlds_for_learning_are_counted_here_and_in_processes(monkeypatch: pyte
     (grid,) = learning.measure(TINY).grids
     assert [name for name, _ in grid.lines] == ["1", "2"]
     assert all(value and value > 0 for _, values in grid.lines for value in values)
+
+
+def test_environments_are_measured_beside_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(environments, "COUNTS", (2,))
+    monkeypatch.setattr(environments, "ARMS", 2)
+    found = environments.measure(TINY)
+    names = {row.what for row in found.rows}
+    assert names >= {environments.ALONE, environments.PENDULUM, environments.RESET, environments.carts(2, 1)}
+    assert names >= {environments.arms(what, 1) for what in ("simx/Reach-v0", "rollout", "batch")}
+    assert all(row.median > 0 for row in found.rows)
 
 
 @pytest.mark.usefixtures("without_opengl")
