@@ -75,7 +75,7 @@ class Physics(Part):
             self._give_up(error)
 
     def finish(self, go_on: Callable[[], bool], warnings: Sequence[str]) -> None:
-        """Make the rest of physics that was begun outside. When it cannot continue, the run is stopped.
+        """Make the rest of physics that was started outside. When it cannot continue, the run is stopped.
 
         Args:
             go_on: makes the missing physics steps, and returns whether shapes overlap deeply.

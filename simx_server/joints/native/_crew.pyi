@@ -18,6 +18,8 @@ REFUSED: int
 UNFINISHED: int
 
 TARGET: int
+SPRING: int
+CYCLIC_SPRING: int
 COMMAND: int
 FORCE: int
 PLACE: int
@@ -36,6 +38,10 @@ ANGULAR_VELOCITY: int
 Operation = tuple[int, int, int, int, int, int, float, float, float]
 
 class Course:
+    was_written: bool
+    is_open: bool
+    last_flags: int
+    done: int
     outcome: int
     error: BaseException
     made: int
@@ -75,8 +81,9 @@ class Course:
         /,
     ) -> None: ...
     def capture(self) -> None: ...
-    def memory(self) -> tuple[bytes | None, bytes | None, bytes, bytes]: ...
+    def memory(self) -> tuple[bytes | None, bytes | None, bytes, bytes, bytes, bytes]: ...
     def read(self, results: NDArray[np.float64], /) -> None: ...
+    def write(self, values: NDArray[np.float64], /) -> bool: ...
 
 class Crew:
     workers: int
@@ -93,7 +100,7 @@ class Crew:
         self, places: NDArray[np.intp], values: NDArray[np.float64], results: NDArray[np.float64], /
     ) -> list[int]: ...
     def submit(self, place: int, flags: int, /) -> None: ...
-    def next(self, waits: bool, /) -> int: ...
+    def next(self, most: int, /) -> int: ...
     def put(self, place: int, course: Course | None, /) -> None: ...
     def close(self) -> None: ...
 

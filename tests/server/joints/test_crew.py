@@ -157,7 +157,7 @@ def test_warnings_of_mujoco_come_in_the_log_as_without_a_crew(
             crew, full, rows = compiled.Crew(1, 1), course(world), np.zeros((1, 1))
             crew.put(0, full)
             assert crew.step(np.zeros(1, np.intp), rows, rows, 1) == []
-            world.simulation.finish_physics(lambda: False, full.warnings)
+            world.physics.finish(lambda: False, full.warnings)
         else:
             world.step()
         logged.append([record.getMessage() for record in caplog.records if "mujoco" in record.getMessage()])
