@@ -2,11 +2,13 @@
 
 Small physics is measured beside Gymnasium's inverted pendulum, a cart with a pole in MuJoCo too; that of a robot arm
 beside MuJoCo's own `rollout` and `batch`, which make the same physics steps and return to Python in each environment
-step. They have no controllers, observations and rewards.
+step. They have no controllers, observations and rewards. EnvPool is measured too if it is installed.
 """
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, closing, contextmanager
 from functools import partial
@@ -27,6 +29,7 @@ from bench.world.physics import Physics
 
 CORES = cores()
 COUNTS = (2, 8, 64)
+MANY = COUNTS[-1]
 ARMS = 8
 
 ALONE, PENDULUM = "a step of simx/CartPole-v0", "a step of InvertedPendulum-v5"
@@ -85,12 +88,23 @@ def measure(effort: Effort) -> Findings:
             ratio(taken[arms("rollout", CORES)], taken[arms("rollout", 1)]),
         ),
     ]
+    if _has_envpool():
+        many = carts(MANY, CORES)
+        found.ratios.insert(
+            5, Ratio(f"{many} / EnvPool", ratio(taken[many], taken[others(MANY, "EnvPool")]), target=1.0)
+        )
     found.rows = [Row.of(what, rounds, "us") for what, rounds in taken.items()]
     found.notes = [
         f"{count} cart-poles make {count / taken[carts(count, CORES)].median:,.0f} environment steps per second."
         for count in COUNTS
     ]
+    if not _has_envpool():
+        found.notes.append("EnvPool is not installed here, so its aim is missing.")
     return found
+
+
+def _has_envpool() -> bool:
+    return importlib.util.find_spec("envpool") is not None
 
 
 def _alone(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
@@ -120,12 +134,21 @@ def _carts(effort: Effort, count: int, stack: ExitStack) -> dict[str, Rounds]:
     vectors[others(count, "SyncVectorEnv")] = SyncVectorEnv(makers)
     if count <= 8:  # a process each
         vectors[others(count, "AsyncVectorEnv")] = AsyncVectorEnv(makers)
+    if count == MANY and _has_envpool():
+        vectors[others(count, "EnvPool")] = _envpool(count)
     cases: dict[str, Callable[[], object]] = {}
     for name, vector in vectors.items():
         stack.callback(vector.close)
         vector.reset(seed=1)
-        cases[name] = partial(vector.step, np.zeros(vector.action_space.shape, np.float32))
+        cases[name] = partial(vector.step, np.zeros((count, 1), np.float32))
     return side_by_side(f"{count} carts", cases, rounds=max(2, effort.rounds * 3), calls=effort.count(400))
+
+
+def _envpool(count: int) -> Any:
+    """Return EnvPool's inverted pendulums, with as many threads as there are cores."""
+    return importlib.import_module("envpool").make(
+        "InvertedPendulum-v4", env_type="gymnasium", num_envs=count, num_threads=CORES
+    )
 
 
 def _arms(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:

@@ -36,6 +36,9 @@
 
 #define PATIENCE 1.0 /* seconds of a simulation step after which Python looks at it */
 #define WORTHWHILE 15e-6 /* seconds of work below which no other thread is called */
+#define PERIOD 512        /* calls between two trials of the slower way, with or without other threads */
+#define TRIAL 8           /* calls of a trial */
+#define WARM_UP 3         /* calls of it that do not count: a thread that sleeps takes long to wake */
 #define SPIN 150e-6 /* seconds of a busy wait before a thread sleeps: to wake it takes about as long */
 #define LOOKS 64 /* at a lock between two looks at the clock */
 
@@ -893,6 +896,8 @@ struct Crew {
   char* is_out; /* for each place, whether a job of `submit` is in the queue, running or made */
   Py_ssize_t out;
   double each; /* seconds of a job, of the last ones */
+  double cost[2]; /* seconds that the caller waits for a job, alone and with other threads; 0: not measured */
+  unsigned calls; /* for which that decides */
 };
 
 static void do_job(Crew* crew, Py_ssize_t place, PyThreadState** thread) {
@@ -1032,11 +1037,31 @@ static void call(Crew* crew, Py_ssize_t number) {
   }
 }
 
-/* Do the jobs of all places in the queue, together with the other threads. */
+/* How jobs are made: alone or with other threads, and whether the time counts. */
+typedef struct { char with_others, counts; } Way;
+
+/* Choose the faster way, which is measured again and again: it depends on the work and on other programs. */
+static Way choose(Crew* crew, Py_ssize_t number) {
+  double work = crew->each * (double)number;
+  if (number < 2 || !crew->worker_count || (work > 0 && work <= WORTHWHILE)) {
+    return (Way){0, 0};
+  }
+  if (work == 0 || crew->kind != STEP) {
+    return (Way){1, 0};
+  }
+  char better = crew->cost[1] != 0 && (crew->cost[0] == 0 || crew->cost[1] < crew->cost[0]);
+  unsigned turn = crew->calls++ % PERIOD;
+  return (Way){turn < TRIAL ? !better : better, turn >= WARM_UP && (turn < TRIAL || turn >= TRIAL + WARM_UP)};
+}
+
+static void average(double* mean, double new) { *mean = *mean == 0 ? new : 0.9 * *mean + 0.1 * fmin(new, 3 * *mean); }
+
+/* Do the jobs of all places in the queue, together with the other threads if that is faster. */
 static void do_all(Crew* crew, Py_ssize_t number) {
   double start = seconds();
   PyThreadState* thread = PyEval_SaveThread();
-  if (number > 1 && (crew->each == 0 || crew->each * (double)number > WORTHWHILE)) {
+  Way way = choose(crew, number);
+  if (way.with_others) {
     call(crew, number - 1);
   }
   Py_ssize_t done = 0;
@@ -1057,11 +1082,13 @@ static void do_all(Crew* crew, Py_ssize_t number) {
     acquire(crew->mutex);
   }
   PyThread_release_lock(crew->mutex);
-  PyEval_RestoreThread(thread);
   if (done && crew->kind == STEP) {
-    double each = (end - start) / (double)done;
-    crew->each = crew->each == 0 ? each : 0.9 * crew->each + 0.1 * each;
+    average(&crew->each, (end - start) / (double)done);
   }
+  if (way.counts) {
+    average(&crew->cost[(int)way.with_others], (seconds() - start) / (double)number);
+  }
+  PyEval_RestoreThread(thread);
 }
 
 static int is_idle(Crew* crew) {
