@@ -134,7 +134,11 @@ def test_dependence_runs_one_way_from_server_to_protocol() -> None:
         for name, _ in written_imports(path):
             if name.startswith("simx_client"):
                 # Only the ways within a process may know more of the client than the protocol: they implement its seam.
-                is_within = path.name == "embedding.py" or path.parent.name in ("loopback", "embedded", "crew")
+                is_within = path.name == "embedding.py" or path.parent.name in (
+                    "loopback",
+                    "embedded",
+                    "crew",
+                )
                 assert name.startswith("simx_client.protocol") or is_within, path
             assert "viewer.page" not in name, path
             if path.parent == page.parent and path.name != "__main__.py":
