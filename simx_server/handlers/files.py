@@ -12,7 +12,7 @@ from simx_server.service.calls.registry import handler
 from simx_server.service.warm_up import warmed
 
 from ..errors import CommandError
-from .loading import add, file_to_load, find, load
+from .scene_files.loading import add, file_to_load, find, load
 
 if TYPE_CHECKING:
     from simx_server.service.clients.sessions import ClientSession

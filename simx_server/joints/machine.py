@@ -17,6 +17,7 @@ from simx_server.scene.poses.placing import carry_followers
 from simx_server.scene.poses.poses import Quaternion
 
 from .dependency import Followers, write_equality
+from .guards.watch import Watch
 from .measured import Measured, Positions
 from .saving import save_joints
 from .servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
@@ -33,7 +34,6 @@ from .state import (
 from .stepping.apart import Apart, Made
 from .stepping.scripted import Ask
 from .stepping.stepper import Accompany, Memory, Stepper, Within
-from .watch import Watch
 from .weights import Weights
 
 if TYPE_CHECKING:

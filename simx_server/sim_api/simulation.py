@@ -7,8 +7,8 @@ import random
 from simx_client.protocol import constants as c
 from simx_server.editing.saving.packing import pack_model
 from simx_server.errors import CommandError, Unsupported
-from simx_server.handlers import saving, script_files
 from simx_server.handlers.quantities.simulator import BOOLEANS
+from simx_server.handlers.scene_files import saving, script_files
 from simx_server.handlers.simulation import simulation_state
 from simx_server.scripting.interpreter import Waiting
 

@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 import mujoco
 
 from simx_server.errors import CommandError, one_line
-from simx_server.joints.crowding import FEW, is_crowded
+from simx_server.joints.guards.crowding import FEW, is_crowded
+from simx_server.joints.guards.watch import StepFailed, TooSlow
 from simx_server.joints.stepping.apart import Stepping
 from simx_server.joints.stepping.stepper import LIMIT_SEPARATION, UPDATE
-from simx_server.joints.watch import StepFailed, TooSlow
 from simx_server.scene import physics_warnings
 
 from .part import Part

@@ -18,8 +18,8 @@ import mujoco
 
 from simx_server.errors import CommandError, one_line
 from simx_server.joints import Joints
-from simx_server.joints.crowding import FEW
-from simx_server.joints.foresight import Foresight
+from simx_server.joints.guards.crowding import FEW
+from simx_server.joints.guards.foresight import Foresight
 from simx_server.joints.stepping import kinematics
 from simx_server.limits import Limits
 from simx_server.scene import physics_warnings, properties

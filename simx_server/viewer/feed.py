@@ -422,7 +422,7 @@ class Feed(Part):
         self._pausing_at = None
 
     def _save(self, file: str = "") -> Saved:
-        from simx_server.handlers import saving  # large, and seldom needed
+        from simx_server.handlers.scene_files import saving  # large, and seldom needed
 
         if not file:
             return {"file": "", "content": saving.scene_content(self._world).data}

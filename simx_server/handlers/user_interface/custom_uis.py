@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simx_server.handlers.loading import FILE_IS_ON_CLIENT, file_to_load
+from simx_server.handlers.scene_files.loading import FILE_IS_ON_CLIENT, file_to_load
 from simx_server.parts.user_interface.custom_ui_files import find_ui_file
 from simx_server.parts.user_interface.custom_uis import MAX_LABEL, Element
 from simx_server.scene.formats.texts.old_uis import check_property

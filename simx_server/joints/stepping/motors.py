@@ -19,8 +19,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.joints.guards.watch import StepFailed
 from simx_server.joints.servo import Entry, is_motor
-from simx_server.joints.watch import StepFailed
 
 from .indices import Columns, as_slice
 

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import mujoco
 import numpy as np
 
-from simx_server.joints import watch as watching
+from simx_server.joints.guards import watch as watching
+from simx_server.joints.guards.watch import DIVERGED, Divergence, StepFailed, Watch, are_finite
 from simx_server.joints.native.loading import compiled_module
 from simx_server.joints.servo import Entry
-from simx_server.joints.watch import DIVERGED, Divergence, StepFailed, Watch, are_finite
 
 from . import kinematics
 from .apart import Apart, Made

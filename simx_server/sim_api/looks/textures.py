@@ -14,7 +14,7 @@ from simx_server.editing import shape_looks
 from simx_server.editing.textured_planes import create_textured_plane, plane_triangles
 from simx_server.errors import CommandError
 from simx_server.files.image_files import fitted
-from simx_server.handlers.script_files import read_image
+from simx_server.handlers.scene_files.script_files import read_image
 from simx_server.parts.textures.dressing import Dress, dress, undress
 from simx_server.parts.textures.textures import Pixels
 from simx_server.scene.geometry.triangles import corners_of

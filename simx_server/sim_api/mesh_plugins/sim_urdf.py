@@ -6,8 +6,8 @@ import mujoco
 
 from simx_client.protocol import constants
 from simx_server.errors import CommandError
-from simx_server.handlers import script_files
 from simx_server.handlers.objects.objects import set_model_property
+from simx_server.handlers.scene_files import script_files
 from simx_server.scene.objects import ObjectKind
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import writes_files

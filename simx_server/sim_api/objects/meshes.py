@@ -15,8 +15,8 @@ from simx_server.editing.imported_meshes import create_shape_of_parts
 from simx_server.errors import CommandError
 from simx_server.files.mesh_writing import WRITERS, mesh_of
 from simx_server.handlers.files import store_file
-from simx_server.handlers.mesh_files import parts_of_file, points_of_file
-from simx_server.handlers.saving import saved_name
+from simx_server.handlers.scene_files.mesh_files import parts_of_file, points_of_file
+from simx_server.handlers.scene_files.saving import saved_name
 from simx_server.scene.geometry.decimating import decimated
 from simx_server.scene.geometry.hulls import hull
 from simx_server.scripting.conversion.signature import Most

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 from simx_client.protocol import constants as c
 from simx_server.editing.copying import Kept, copy_objects
 from simx_server.errors import CommandError, UnknownName
-from simx_server.handlers import script_files
 from simx_server.handlers.objects import objects
+from simx_server.handlers.scene_files import script_files
 from simx_server.scripting.conversion.signature import Most, describe, to_int
 from simx_server.scripting.interpreter import Function
 from simx_server.sim_api.base import HANDLE_SELF, ApiPart

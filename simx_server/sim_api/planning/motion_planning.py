@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from simx_server.errors import CommandError
-from simx_server.kinematics.planning.planned_chain import PlannedChain, TipPath
+from simx_server.kinematics.planning.scene_tasks.planned_chain import PlannedChain, TipPath
 from simx_server.scene.poses.frames import xyzw_from_wxyz
 from simx_server.sim_api.base import ApiPart
 from simx_server.sim_api.effects import reads

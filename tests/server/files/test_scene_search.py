@@ -21,7 +21,7 @@ from simx_client.protocol.cli.exit_codes import DONE
 from simx_server.errors import CommandError
 from simx_server.files.library import shipped_scenes
 from simx_server.handlers.files import lend_file, store_file
-from simx_server.handlers.script_files import load_scene_of_server
+from simx_server.handlers.scene_files.script_files import load_scene_of_server
 from simx_server.recording.log_file import LogReader
 from simx_server.recording.records import Kind
 from simx_server.scene.formats.sources import Sources

@@ -8,8 +8,8 @@ import pytest
 from handler_calls import World
 from observing import observe
 
-from simx_server.joints import crowding
-from simx_server.joints.crowding import FEW, is_crowded
+from simx_server.joints.guards import crowding
+from simx_server.joints.guards.crowding import FEW, is_crowded
 from simx_server.limits import Limits
 from simx_server.simulation.simulation import SimulationState
 

@@ -9,8 +9,8 @@ from handler_calls import World
 from observing import observe
 
 from simx_server.errors import CommandError
-from simx_server.joints import foresight
-from simx_server.joints.foresight import factor_work, has_much_work
+from simx_server.joints.guards import foresight
+from simx_server.joints.guards.foresight import factor_work, has_much_work
 from simx_server.limits import Limits
 from simx_server.simulation.simulation import SimulationState
 

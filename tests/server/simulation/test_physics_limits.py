@@ -14,7 +14,7 @@ from observing import observe
 
 from simx_server.errors import CommandError
 from simx_server.handlers.quantities.engine import find
-from simx_server.joints import watch
+from simx_server.joints.guards import watch
 from simx_server.joints.native.loading import VARIABLE
 from simx_server.limits import LimitReached, Limits
 from simx_server.scene import physics_warnings

@@ -14,11 +14,11 @@ from simx_client.protocol.commands import ANSWERED, TRIGGER, Command
 from simx_client.protocol.kinds import INT
 from simx_client.protocol.messages import STATUS_OK, Reply, of_fields
 from simx_client.transport.direct import Noted, Refusal
+from simx_server.joints.guards.watch import DIVERGED, StepFailed
 from simx_server.joints.measured import Positions
 from simx_server.joints.native.loading import crew_form
 from simx_server.joints.stepping.apart import Apart, Made
 from simx_server.joints.stepping.motors import no_room
-from simx_server.joints.watch import DIVERGED, StepFailed
 from simx_server.service.answers.answers import Answer
 from simx_server.service.calls.direct import DirectCall
 

@@ -19,8 +19,8 @@ from ..planning_world import entity
 if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
-    from ..planned_chain import PlannedChain
     from ..planning_world import PlanningWorld
+    from .planned_chain import PlannedChain
 
 FIRST_TASK = 2_080_000
 
@@ -77,7 +77,7 @@ class MotionPlannings(Part):
             CommandError: no such task, or an entity or a group of it is gone.
         """
         # With it the planners, and few scenes have tasks.
-        from ..planned_chain import IGNORES_OBSTACLES, IGNORES_SELF, Kept, PlannedChain
+        from .planned_chain import IGNORES_OBSTACLES, IGNORES_SELF, Kept, PlannedChain
 
         task = self._registry.get(handle)
         if task is None:

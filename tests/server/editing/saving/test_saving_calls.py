@@ -178,7 +178,7 @@ def test_scripts_of_the_operator_run_after_saving_and_those_of_clients_do_not(tm
 
 
 def save_scene(world: World, name: str) -> None:
-    from simx_server.handlers.saving import save_scene as save
+    from simx_server.handlers.scene_files.saving import save_scene as save
 
     save(world.parts, name)
 

@@ -11,7 +11,7 @@ from scripted_world import call, said, scripted
 
 import simx_client as vrep
 from simx_server.errors import CommandError
-from simx_server.handlers import saving
+from simx_server.handlers.scene_files import saving
 from simx_server.scene.formats.annotations import SceneError
 from simx_server.scene.formats.loader import load_text
 from simx_server.scripting.interpreter import ScriptError

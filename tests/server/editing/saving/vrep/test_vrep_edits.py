@@ -18,7 +18,7 @@ from simx_server.editing.saving.forms import scene_files
 from simx_server.editing.saving.vrep.document import vrep_model
 from simx_server.editing.saving.vrep.field import NotInVrepFiles
 from simx_server.handlers.numbers import write_numbers
-from simx_server.handlers.saving import save_model, save_scene
+from simx_server.handlers.scene_files.saving import save_model, save_scene
 from simx_server.scene.formats.archives.archive import is_archive_file
 from simx_server.scene.formats.vrep.recognising import is_vrep_file
 from simx_server.scene.formats.vrep.writing.top_level import top_records

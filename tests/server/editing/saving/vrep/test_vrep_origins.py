@@ -14,7 +14,7 @@ from vrep_writer import VrepWriter
 from simx_server.editing.saving.vrep.document import vrep_model
 from simx_server.editing.saving.vrep.field import Writing
 from simx_server.handlers.files import store_file
-from simx_server.handlers.saving import save_scene
+from simx_server.handlers.scene_files.saving import save_scene
 from simx_server.scene.formats.vrep.container import unpack
 from simx_server.scene.formats.vrep.objects import Shape
 from simx_server.scene.formats.vrep.reading import read_file

@@ -22,11 +22,11 @@ from simx_server.kinematics.search import MOST_STATES, find_configs, straight_pa
 from simx_server.kinematics.solver import Calculation, Method, Result
 from simx_server.scene.poses.poses import Pose, blend, conjugate, multiply, rotation_vector
 
-from .states import SpaceKind, StateSpace, Task
-from .tasks import Solving
+from ..states import SpaceKind, StateSpace, Task
+from ..tasks import Solving
 
 if TYPE_CHECKING:
-    from .planning_world import PlanningWorld
+    from ..planning_world import PlanningWorld
 
 IGNORES_SELF, IGNORES_OBSTACLES = 16, 32
 """V-REP's options: what is not checked."""

@@ -12,7 +12,7 @@ from simx_server.editing.saving.forms import SavedFiles, check_ending, model_fil
 from simx_server.editing.saving.packing import Packed, pack_scene
 from simx_server.files import workspace
 
-from .files import store_all
+from ..files import store_all
 
 if TYPE_CHECKING:
     from simx_server.world.world import World
