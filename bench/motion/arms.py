@@ -110,9 +110,9 @@ def _inverse(one: Running, handles: list[int]) -> Array:
         else:
             scratch.qpos[:], scratch.qvel[:] = one.data.qpos, one.data.qvel
 
-    one.world.simulation.joints.accompany(compare)
+    one.world.simulation.joints.controllers.accompany(compare)
     one.step(1)
-    one.world.simulation.joints.accompany(None)
+    one.world.simulation.joints.controllers.accompany(None)
     return np.mean(forces, axis=0)
 
 

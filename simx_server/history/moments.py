@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from simx_server.joints.machine import Moment as JointsMoment
+from simx_server.joints.moments import Moment as JointsMoment
 from simx_server.parts.communication.signals import Values
 from simx_server.scene.editing.model_state import STATE, get_state
 from simx_server.simulation.parts import Memories

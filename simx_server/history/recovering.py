@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 
 from simx_server.errors import CommandError
-from simx_server.joints.machine import Moment as JointsMoment
+from simx_server.joints.moments import Moment as JointsMoment
 from simx_server.scene.editing.model_state import editable_arrays, options_of
 from simx_server.scene.objects import Scene
 from simx_server.simulation.parts import Memories

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 
-from simx_server.joints.machine import Moment as JointsMoment
+from simx_server.joints.moments import Moment as JointsMoment
 from simx_server.scene.editing.model_state import option_values
 from simx_server.scene.objects import Scene
 

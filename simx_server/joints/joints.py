@@ -136,8 +136,8 @@ class Joints(Machine):
         if not state.annotated and not (state.motor and state.control_loop):
             state.motor = state.control_loop = True
             self._apply(handle)
-        elif not is_cyclic and self._stepper is not None:
-            place = self._stepper.target_address(handle)
+        elif not is_cyclic and (stepper := self.controllers.made) is not None:
+            place = stepper.target_address(handle)
             if place is not None and rule_of(binding, state) == Rule.POSITION:
                 self._targets[handle] = *place, state
 
@@ -230,12 +230,12 @@ class Joints(Machine):
         first call of a run, which itself returns the force of the last physics step.
         """
         binding, state = self._single(handle)
-        self._average_force = True
-        if binding.out < 0 or not self._has_run or self._sim.step_count == 0:
+        self.controllers.average_force()
+        if binding.out < 0 or not self.controllers.have_run or self._sim.step_count == 0:
             return 0.0
         if rule_of(binding, state) in UNDRIVEN:
             return 0.0
-        return binding.reported_force(self._sim.model, self._current_stepper().mean_force)
+        return binding.reported_force(self._sim.model, self.controllers.stepper.mean_force)
 
     def mode(self, handle: int) -> JointMode:
         """Return the mode of any joint, spherical ones too."""

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Mapping, Sequence
-from dataclasses import dataclass
-from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Collection, Mapping
+from typing import TYPE_CHECKING
 
 import mujoco
-import numpy as np
 
 from simx_server.errors import CommandError
 from simx_server.scene.editing.waiting.basis import when_compiled
@@ -16,24 +13,14 @@ from simx_server.scene.objects import ObjectKind
 from simx_server.scene.poses.placing import carry_followers
 from simx_server.scene.poses.poses import Quaternion
 
+from .controllers import Controllers
 from .dependency import Followers, write_equality
-from .guards.watch import Watch
-from .measured import Measured, Positions
+from .measured import Measured
+from .moments import Moment, Settings, shared_values
 from .saving import save_joints
 from .servo import Entry, Rule, is_immovable, rule_of, spring_control, write_actuator
-from .state import (
-    SETTING_NAMES,
-    Binding,
-    JointMode,
-    JointState,
-    bind,
-    copied,
-    initial_state,
-    setting_values,
-)
-from .stepping.apart import Apart, Made
+from .state import Binding, JointMode, JointState, bind, copied, initial_state
 from .stepping.scripted import Ask
-from .stepping.stepper import Accompany, Memory, Stepper, Within
 from .weights import Weights
 
 if TYPE_CHECKING:
@@ -41,77 +28,11 @@ if TYPE_CHECKING:
     from simx_server.scene.saved import Saved
 
 
-@dataclass(frozen=True)
-class Settings:
-    """The settings that `Machine.remember` keeps."""
-
-    bindings: dict[int, Binding]
-    states: dict[int, JointState]
-    weights: Weights
-
-
-_MOVING = {
-    "target_position",
-    "target_velocity",
-    "backwards",
-    "motion",
-    "motion_time",
-    "request",
-    "held",
-    "offset",
-    "spherical",
-}
-"""Values that change in a run without a change of the model's arrays."""
-
-_BYTES = 56 + 8 * len(SETTING_NAMES) + 4 * 24
-"""Of the values of a joint: a tuple, and about four numbers that are not shared with others."""
-
-_settings = attrgetter(*(name for name in SETTING_NAMES if name not in _MOVING))
-
-
-_SCRIPTS = "scripts"
-"""Those that call scripts between the physics steps, among the parts that accompany these."""
-
 Place = tuple["memoryview[float]", int, JointState]
 """Where a number of a joint is: an array and the index in it; and the joint's settings."""
 
 Position = tuple[int, float, bool]
 """Where the position of a joint is: the index in `qpos`, what is added, and whether it is brought into one turn."""
-
-
-@dataclass(frozen=True, slots=True)
-class Moment:
-    """The state of the joints at the end of a simulation step; see `Machine.remember_moment`."""
-
-    bindings: dict[int, Binding]
-    values: tuple[tuple[Any, ...], ...]
-    """Of each joint's state, in the order of the bindings."""
-
-    weights: Weights
-    averages_force: bool
-    controllers: Memory | None
-    """None: no physics step was made in this run yet."""
-
-    is_rebuilding: bool
-    """The controllers are made again before the next physics step, because a setting has changed."""
-
-    measured: tuple[Positions | None, Positions | None, Mapping[int, float]]
-    new: int
-    """About how many bytes of `values` are not shared with the moment before."""
-
-    @property
-    def settings(self) -> Settings:
-        """Return the settings, for `Machine.recall`."""
-        states = {
-            handle: JointState(*values) for handle, values in zip(self.bindings, self.values, strict=True)
-        }
-        return Settings(self.bindings, states, self.weights)
-
-    @property
-    def size(self) -> int:
-        """Return about how many bytes this takes beside the one before."""
-        positions = sum(each.nbytes for each in self.measured[1] or ())
-        return self.new + positions + (self.controllers.size if self.controllers else 0)
 
 
 class Machine:
@@ -121,23 +42,12 @@ class Machine:
         self._sim = sim
         self._bindings: dict[int, Binding] = {}
         self._states: dict[int, JointState] = {}
-        self._average_force = False
-        self._stepper: Stepper | None = None
-        self._earlier: Stepper | None = None
-        """The stepper before a change, whose memory the next one takes over."""
-        self._asked: Mapping[int, Ask] = {}
-        self._custom: frozenset[int] = frozenset()
-        """Joints of those that ask only in custom control."""
         self._served: frozenset[int] = frozenset()
         """Joints whose targets a script's call-back serves outside force mode."""
-        self._accompanying: dict[str, Accompany] = {}
-        """Functions that are called before and after each physics step, by the part that wants it."""
-        self.within_steps: Within | None = None
-        """Called within each physics step."""
         self._has_masters: bool | None = None
         """Whether any joint follows another; None: it is not known."""
         self._measured = Measured(sim)
-        self._watch = Watch(sim)
+        self.controllers = Controllers(sim, self._measured, self._entries)
         self._kinematic: frozenset[int] = frozenset()
         self._positions: dict[int, tuple[memoryview[float], Position]] = {}
         """Joints whose position is a number of `qpos`, which the first item is; found when it is read."""
@@ -242,28 +152,20 @@ class Machine:
         Args:
             before: of the step before, to share what is equal; None: there is none.
         """
-        values = tuple(map(setting_values, self._states.values()))
-        new_values = len(values)
-        is_changed = before is None or before.bindings is not self._bindings
-        if before is not None and not is_changed:
-            if values == before.values:
-                values, new_values = before.values, 0
-            else:
-                is_changed = list(map(_settings, self._states.values())) != _settings_of(before.values)
-                values = tuple(
-                    old if new == old else new for new, old in zip(values, before.values, strict=True)
-                )
-                new_values = sum(new is not old for new, old in zip(values, before.values, strict=True))
-        stepper = self._stepper or self._earlier
+        is_same = before is not None and before.bindings is self._bindings
+        values, new, is_changed = shared_values(
+            list(self._states.values()), before.values if before is not None and is_same else None
+        )
+        controllers = self.controllers
         moment = Moment(
             self._bindings,
             values,
             self._weights,
-            self._average_force,
-            None if stepper is None else stepper.remember(),
-            self._stepper is None and self._earlier is not None,
+            controllers.averages_force,
+            controllers.remember(),
+            controllers.is_rebuilding,
             self._measured.remember(),
-            new_values * _BYTES + (8 * len(values) if new_values else 0),
+            new,
         )
         return moment, is_changed
 
@@ -272,13 +174,11 @@ class Machine:
 
         Writes velocities of joints that move without a motor, so the state is restored once more after this.
         """
-        self._average_force = moment.averages_force
         self._measured.recall(moment.measured)
-        if moment.controllers is None:
-            return
-        self._current_stepper().recall(moment.controllers)
-        if moment.is_rebuilding:
-            self._rebuild()
+        self.controllers.recall(
+            moment.controllers, averages_force=moment.averages_force, is_rebuilding=moment.is_rebuilding
+        )
+        self._targets.clear()
 
     def copy_settings(self, copies: Mapping[int, int]) -> None:
         """Make copies of joints act as their originals do now.
@@ -331,8 +231,7 @@ class Machine:
 
     def forget_run(self) -> None:
         """Reset measured forces and velocities and the controllers' memory: a run starts."""
-        self._average_force = False
-        self._stepper = self._earlier = None
+        self.controllers.forget_run()
         self.forget_places()
         self._measured.forget()
 
@@ -356,14 +255,9 @@ class Machine:
         """
         self._targets.clear()
         self._served = frozenset(kinematic)
-        self._custom = frozenset(custom)
-        if not asked and not self._asked:
-            return
-        freed = self._asked.keys() - asked.keys()
-        self._asked = dict(asked)
-        for handle in freed & self._bindings.keys():
-            self._apply(handle)
-        self._rebuild()
+        for handle in self.controllers.ask(asked, custom):
+            if handle in self._bindings:
+                self._apply(handle)
 
     def is_spring(self, handle: int) -> bool:
         """Return whether a spring and damper drives a joint, as a plain position actuator does.
@@ -375,78 +269,6 @@ class Machine:
             Rule.SPRING,
             Rule.STIFF_SPRING,
         )
-
-    def accompany(self, call: Accompany | None, name: str = _SCRIPTS) -> None:
-        """Call a function before and after each physics step from the next simulation step on; None: no more.
-
-        Args:
-            call: takes the index of the step, their number, and whether it is over.
-            name: of the part that wants it; each has one function.
-        """
-        if call == self._accompanying.get(name):
-            return
-        if call is None:
-            del self._accompanying[name]
-        else:
-            self._accompanying[name] = call
-        self._rebuild()
-
-    @property
-    def calls_scripts(self) -> bool:
-        """Return whether scripts are called between the physics steps of a simulation step."""
-        return bool(self._asked) or _SCRIPTS in self._accompanying
-
-    def call_within_steps(self, within: Within | None) -> None:
-        """Call a function within each physics step from the next simulation step on; None: no more."""
-        self.within_steps = within
-
-    def step(self, count: int, flags: int = 0, *within: Within) -> bool:
-        """Make `count` physics steps under the controllers.
-
-        Args:
-            count: number of steps.
-            flags: what they do besides, see `stepper.LIMIT_SEPARATION`.
-            within: called within each of them, beside `within_steps`.
-
-        Returns:
-            Whether shapes overlap deeply.
-
-        Raises:
-            StepFailed: the simulation step cannot be completed.
-            mujoco.FatalError: MuJoCo failed.
-        """
-        self._measured.begin()
-        if self.within_steps is not None:
-            within = (self.within_steps, *within)
-        stepper = self._stepper or self._current_stepper()
-        return stepper.step(count, flags, average_force=self._average_force, within=within)
-
-    @property
-    def may_be_apart(self) -> bool:
-        """Return whether nothing within the next physics steps needs Python."""
-        return self.within_steps is None and self._current_stepper().compiled is not None
-
-    def step_apart(
-        self, count: int, flags: int, log: Callable[[Sequence[str]], object]
-    ) -> Generator[Apart, Made, bool]:
-        """Make physics steps as `step`, by the caller; only if they `may_be_apart`.
-
-        Args:
-            log: takes the texts of MuJoCo's warnings.
-        """
-        self._measured.begin()
-        stepper = self._current_stepper()
-        return (yield from stepper.step_apart(count, flags, log, average_force=self._average_force))
-
-    @property
-    def stepper(self) -> Stepper:
-        """Return the controllers of the next physics steps."""
-        return self._current_stepper()
-
-    @property
-    def averages_force(self) -> bool:
-        """Return whether forces are averaged over the physics steps of a simulation step."""
-        return self._average_force
 
     @property
     def measured(self) -> Measured:
@@ -471,14 +293,6 @@ class Machine:
         """Take over settings that were written into the model and the controllers already."""
         for name, value in settings.items():
             setattr(self._states[handle], name, value)
-
-    @property
-    def mean_sensed(self) -> np.ndarray:
-        """Return the values of all sensors (as `sensordata`), mean over the last simulation step.
-
-        They are averaged in scenes with force sensors.
-        """
-        return (self._stepper or self._current_stepper()).mean_sensed
 
     def measure(self) -> None:
         """Measure velocities at the end of a simulation step, with fresh kinematics."""
@@ -545,8 +359,8 @@ class Machine:
         rule = rule_of(binding, state)
         if rule == Rule.SPRING and state.spring:
             self._sim.data.ctrl[binding.ctrl] = spring_control(binding, state)
-        if self._stepper is not None and rule != Rule.HOLD:
-            self._stepper.retarget(binding.handle, value)
+        if rule != Rule.HOLD:
+            self.controllers.retarget(binding.handle, value)
 
     def _place(self, handle: int, move: Callable[[], None]) -> None:
         """Move a joint with everything below it in the tree.
@@ -586,49 +400,10 @@ class Machine:
         self._sim.model.body_gravcomp[body] = 0.0 if falls else here[0].gravcomp
 
     def _rebuild(self) -> None:
-        """Request a new stepper before the next physics step, because the arrays' targets are stale.
-
-        It takes over the memory of the old one. Many changes in a row make a single one.
-        """
+        """Have new controllers made before the next physics step."""
         self._targets.clear()
-        if self._stepper is not None:
-            self._earlier, self._stepper = self._stepper, None
-
-    @property
-    def _has_run(self) -> bool:
-        return self._stepper is not None or self._earlier is not None
-
-    def _current_stepper(self) -> Stepper:
-        if self._stepper is None:
-            self._stepper = self._make_stepper()
-            if self._earlier is not None:
-                self._stepper.adopt(self._earlier)
-                self._earlier = None
-        return self._stepper
-
-    def _make_stepper(self) -> Stepper:
-        asked = {
-            handle: ask
-            for handle, ask in self._asked.items()
-            if handle not in self._custom or (handle in self._states and self._states[handle].scripted)
-        }
-        calls = tuple(self._accompanying.values())
-
-        def accompany(index: int, count: int, is_over: bool) -> None:
-            for call in calls:
-                call(index, count, is_over)
-
-        return Stepper(
-            self._sim.model, self._sim.data, self._entries(), self._watch, asked, accompany if calls else None
-        )
+        self.controllers.rebuild()
 
     def _entries(self) -> list[Entry]:
         pairs = ((binding, self._states[handle]) for handle, binding in self._bindings.items())
         return [(binding, state, rule_of(binding, state)) for binding, state in pairs]
-
-
-_SETTINGS = [number for number, name in enumerate(SETTING_NAMES) if name not in _MOVING]
-
-
-def _settings_of(values: tuple[tuple[Any, ...], ...]) -> list[tuple[Any, ...]]:
-    return [tuple(each[number] for number in _SETTINGS) for each in values]

@@ -19,6 +19,13 @@ if TYPE_CHECKING:
     from .poses.poses import Quaternion
 
 
+class Controllers(Protocol):
+    """What the functions of the scene ask of the joints' controllers."""
+
+    @property
+    def calls_scripts(self) -> bool: ...
+
+
 class JointValues(Protocol):
     """The methods of the joints that the functions of the scene use; `joints.Joints` documents them."""
 
@@ -34,7 +41,7 @@ class JointValues(Protocol):
     def hold_inert(self, handles: Any) -> None: ...
     def fix(self, handle: int, fixed: bool) -> None: ...
     @property
-    def calls_scripts(self) -> bool: ...
+    def controllers(self) -> Controllers: ...
 
 
 class Posed(Protocol):

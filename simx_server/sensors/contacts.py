@@ -60,7 +60,7 @@ class Contacts(Part):
 
     def scene_changed(self) -> None:
         self._are_kept = False
-        self._sim.joints.accompany(None, _NAME)
+        self._sim.joints.controllers.accompany(None, _NAME)
 
     def find(self, physics_step: int | None, handle: int | None = None) -> Sequence[Contact]:
         """Return the contacts of an object, as the first of the two, or of all objects.
@@ -71,7 +71,7 @@ class Contacts(Part):
         """
         if not self._are_kept:
             self._are_kept = True
-            self._sim.joints.accompany(self._note, _NAME)
+            self._sim.joints.controllers.accompany(self._note, _NAME)
         key = self._sim.version, len(self._steps), physics_step, handle
         if self._found[0] != key:  # a program asks for one after the other
             self._found = key, tuple(self._find(physics_step, handle))

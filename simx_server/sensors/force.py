@@ -205,7 +205,7 @@ class ForceSensors(Part):
             return
         if self._annotations is not sim.scene.annotations:
             self._find()
-        self._values = sim.joints.mean_sensed.copy()
+        self._values = sim.joints.controllers.mean_sensed.copy()
         if self._carried:
             self._carried.clear()
         if self._remembering:

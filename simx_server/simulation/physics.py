@@ -52,7 +52,7 @@ class Physics(Part):
         sim = self._sim
         return (
             sim.dynamics_enabled
-            and sim.joints.may_be_apart
+            and sim.joints.controllers.may_be_apart
             and not sim.sleepers.must_stay_awake
             and not sim.foresight.is_needed(sim.model)
         )
@@ -67,7 +67,7 @@ class Physics(Part):
             flags = self._begin()
             if sim.sleepers.are_to_wake:
                 sim.refresh()
-            self.has_overlaps = yield from sim.joints.step_apart(
+            self.has_overlaps = yield from sim.joints.controllers.step_apart(
                 sim.substeps, flags | UPDATE, self._warnings.log
             )
             self._end(is_updated=not sim.sleepers.are_to_wake)
@@ -147,10 +147,10 @@ class Physics(Part):
         sim = self._sim
         foresight = sim.foresight
         if not foresight.is_needed(sim.model):
-            self.has_overlaps = sim.joints.step(sim.substeps, flags)
+            self.has_overlaps = sim.joints.controllers.step(sim.substeps, flags)
             return
         try:
-            self.has_overlaps = sim.joints.step(sim.substeps, flags, foresight.look)
+            self.has_overlaps = sim.joints.controllers.step(sim.substeps, flags, foresight.look)
         finally:
             foresight.restore()
 

@@ -17,7 +17,7 @@ from simx_server.scene.editing.model_state import (
 
 if TYPE_CHECKING:
     from simx_server.joints import Joints
-    from simx_server.joints.machine import Settings
+    from simx_server.joints.moments import Settings
     from simx_server.scene.formats.annotations import Annotation, Annotations
     from simx_server.scene.objects import Scene
 

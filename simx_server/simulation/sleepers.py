@@ -131,7 +131,9 @@ class Sleepers:
         """Return whether nothing may sleep in the physics of this simulation step: scripts are called in between, or
         surfaces move.
         """
-        return self.contacts_are_asked_about or self.surfaces_move or self._sim.joints.calls_scripts
+        return (
+            self.contacts_are_asked_about or self.surfaces_move or self._sim.joints.controllers.calls_scripts
+        )
 
     def kept_awake(self) -> AbstractContextManager[None]:
         """Switch sleep off within the block."""

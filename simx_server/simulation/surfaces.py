@@ -141,7 +141,7 @@ class Surfaces(Part):
         if not velocities:
             self._rest()
             return
-        sim.joints.call_within_steps(self._within)
+        sim.joints.controllers.call_within_steps(self._within)
         self._velocities = velocities
         self._first_time = sim.data.time
         if self._motion is not None:
@@ -238,7 +238,7 @@ class Surfaces(Part):
         if self.are_moving:
             self._velocities = {}
             self._sim.sleepers.note_moving_surfaces(False)
-            self._sim.joints.call_within_steps(None)
+            self._sim.joints.controllers.call_within_steps(None)
 
 
 def _differ(first: Array, second: Array) -> NDArray[np.bool_]:

@@ -55,7 +55,7 @@ class Rig:
         joints.set_target_velocity(self.gripper, finger_velocity)
         angles, openings = [], []
         for _ in range(round(seconds / self.model.opt.timestep)):
-            joints.step(1)
+            joints.controllers.step(1)
             angles.append(self.data.qpos[self.qpos].copy())
             openings.append(self.opening)
         return np.array(angles), np.array(openings)

@@ -56,7 +56,7 @@ class PhysicsCallBacks:
             ask_no_more(self._sim)
         self._is_asked = wants
         self._sim.sleepers.note_contact_callback(wants)
-        self._sim.joints.accompany(self._tell if self._step else None)
+        self._sim.joints.controllers.accompany(self._tell if self._step else None)
 
     def _may_touch(self, first: int, second: int) -> bool:
         scene, model = self._sim.scene, self._sim.model

@@ -80,7 +80,7 @@ def numbers(
 
 
 def controllers(world: World) -> stepper.Stepper:
-    return world.simulation.joints._current_stepper()
+    return world.simulation.joints.controllers.stepper
 
 
 def assert_equal_in_both_forms(scene: str | Path, monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
@@ -151,11 +151,11 @@ def test_physics_steps_are_compiled_but_where_a_script_is_called_between_them() 
     world.step()
     assert controllers(world)._step is not None
     called: list[int] = []
-    simulation.joints.accompany(lambda index, _count, _is_over: called.append(index))
+    simulation.joints.controllers.accompany(lambda index, _count, _is_over: called.append(index))
     world.step()
     assert controllers(world)._step is None
     assert len(called) == 2 * simulation.substeps
-    simulation.joints.accompany(None)
+    simulation.joints.controllers.accompany(None)
     world.step()
     assert controllers(world)._step is not None
 

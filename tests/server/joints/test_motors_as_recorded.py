@@ -75,7 +75,7 @@ def test_forces_of_a_moving_arm_are_those_of_the_inverse_dynamics(timestep: floa
             else:
                 checked.qpos[:], checked.qvel[:] = data.qpos, data.qvel
 
-        sim.joints.accompany(compare)
+        sim.joints.controllers.accompany(compare)
         world.step()
         reported = [-sim.joints.force(sim.scene.resolve(f"joint{n}")) for n in range(7)]
         errors.append(np.mean(wanted, axis=0) - reported)

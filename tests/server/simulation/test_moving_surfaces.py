@@ -158,11 +158,11 @@ def test_only_moving_surfaces_change_how_physics_is_stepped() -> None:
     still, moving = World(SCENE.format(option="")), World(SCENE.format(option=""))
     drive(moving, "other", x=0.0)
     moving.run(1)
-    moving.parts.simulation.joints.call_within_steps(lambda model, data: None)
+    moving.parts.simulation.joints.controllers.call_within_steps(lambda model, data: None)
     still.run(20)
     moving.run(19)
     assert still.sim.data.qpos.tolist() == moving.sim.data.qpos.tolist()
-    assert still.sim.joints.within_steps is None
+    assert still.sim.joints.controllers.within_steps is None
 
 
 def test_two_worlds_keep_their_belts_apart() -> None:

@@ -173,13 +173,13 @@ def test_what_the_last_step_of_a_pass_makes_infinite_is_seen_as_diverged(
 ) -> None:
     client = world.client()
     start_stepped(client)
-    step = world.simulation.joints.step
+    step = world.simulation.joints.controllers.step
 
     def diverge(count: int) -> None:
         step(count)
         world.simulation.data.qpos[0] = float("inf")
 
-    monkeypatch.setattr(world.simulation.joints, "step", diverge)
+    monkeypatch.setattr(world.simulation.joints.controllers, "step", diverge)
     v.simxSynchronousTrigger(client)
     assert world.simulation.state is SimulationState.STOPPED
     assert "diverged" in v.simxGetLastErrors(client, BLOCKING)[1][-1]
@@ -243,7 +243,7 @@ def test_a_pass_that_fails_is_told_to_every_client_and_the_next_run_works(
         raise mujoco.FatalError("mj_stackAlloc: out of memory")
 
     with monkeypatch.context() as patched:
-        patched.setattr(world.simulation.joints, "step", fail)
+        patched.setattr(world.simulation.joints.controllers, "step", fail)
         assert v.simxSynchronousTrigger(driver) == v.simx_return_remote_error_flag
     assert "MuJoCo cannot go on: mj_stackAlloc: out of memory" in errors(watcher)
     start_stepped(driver)

@@ -150,7 +150,7 @@ class Member:
             return None
         simulation.refresh()
         block = world.velocities.copies.block
-        step = joints.stepper.compiled
+        step = joints.controllers.stepper.compiled
         if block is None or step is None:
             return None
         find_write, find_read = Writes(world), Reads(world)
@@ -169,12 +169,12 @@ class Member:
             return None  # the stage of surfaces has to see what was moved
         self._writes = [each for each in writes if each is not None]
         first = [each for each in starts if each is not None]
-        stepper = joints.stepper
+        stepper = joints.controllers.stepper
         course = compiled.Course(
             step,
             simulation.substeps,
             stepper.own_flags,
-            stepper.may_skip_means(average_force=joints.averages_force),
+            stepper.may_skip_means(average_force=joints.controllers.averages_force),
             simulation.time_step,
             [each.operation for each in self._writes],
             [each.operation for each in first],
@@ -249,7 +249,9 @@ class Member:
             raise self._error(course)
         if not course.is_finite:
             raise StepFailed(DIVERGED)
-        return self._joints.stepper.go_on(course.made, self._simulation.substeps, course.last_flags)
+        return self._joints.controllers.stepper.go_on(
+            course.made, self._simulation.substeps, course.last_flags
+        )
 
     def _error(self, course: Course) -> BaseException:
         """Return why physics could not be made."""
@@ -300,7 +302,7 @@ class Member:
     def _present(self) -> Course | None:
         """Return a course that writes and reads in the present state; None: there is none."""
         simulation = self._simulation
-        step = self._joints.stepper.compiled
+        step = self._joints.controllers.stepper.compiled
         key = step, simulation.model_version
         if step is None:
             return None

@@ -82,13 +82,13 @@ class Writes:
                 self._joints.note_written(binding.handle, target_position=value)
 
             return Write(self._operation("SPRING", binding.ctrl, a=binding.gear, b=state.offset), note_target)
-        place = self._joints.stepper.place_of(binding.handle)
+        place = self._joints.controllers.stepper.place_of(binding.handle)
         if rule not in (Rule.SPRING, Rule.POSITION) or place is None:
             return None
 
         def note(_value: float) -> None:
             self._joints.note_written(
-                binding.handle, target_position=self._joints.stepper.target_of(binding.handle)
+                binding.handle, target_position=self._joints.controllers.stepper.target_of(binding.handle)
             )
 
         if rule is Rule.SPRING:
@@ -200,7 +200,7 @@ class Reads:
 
     def _joint_force(self, arguments: Sequence[Any]) -> Operation | None:
         entry = self._entry(arguments[0])
-        if entry is None or not self._simulation.joints.averages_force:
+        if entry is None or not self._simulation.joints.controllers.averages_force:
             return None
         binding, _, rule = entry
         if binding.out < 0 or rule in (Rule.FREE, Rule.KINEMATIC, Rule.MOTION, Rule.DEPENDENT, Rule.PROFILE):

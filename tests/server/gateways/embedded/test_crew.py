@@ -34,10 +34,10 @@ def course(world: World, reads: list[Any] | None = None, writes: list[Any] | Non
     simulation, joints = world.simulation, world.simulation.joints
     block = world.velocities.copies.block
     assert block is not None
-    step = joints.stepper.compiled
+    step = joints.controllers.stepper.compiled
     assert step is not None
     made = compiled.Course(
-        step, simulation.substeps, joints.stepper.own_flags, False, simulation.time_step,
+        step, simulation.substeps, joints.controllers.stepper.own_flags, False, simulation.time_step,
         writes or [], [], reads or [], np.zeros((0, 7)), block,
     )  # fmt: skip
     newest = joints.measured.newest
@@ -75,7 +75,7 @@ def test_a_step_of_all_is_that_of_each(threads: int) -> None:
 def test_physics_is_made_while_python_does_something_else() -> None:
     together, alone = [started() for _ in range(COUNT)], [started() for _ in range(COUNT)]
     crew = compiled.Crew(COUNT, 3)
-    flags = 8 | together[0].simulation.joints.stepper.own_flags
+    flags = 8 | together[0].simulation.joints.controllers.stepper.own_flags
     for place, world in enumerate(together):
         crew.put(place, course(world))
     for _ in range(10):
