@@ -22,7 +22,7 @@ _SCRIPTS = "scripts"
 
 
 class Controllers:
-    """What moves the joints in physics steps, with the memory of motors from one step to the next."""
+    """Controllers that move the joints in physics steps, with the memory of motors from one step to the next."""
 
     def __init__(self, sim: LiveScene, measured: Measured, entries: Callable[[], Sequence[Entry]]) -> None:
         """Make no controllers yet.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Controllers(Protocol):
-    """What the functions of the scene ask of the joints' controllers."""
+    """The controllers of the joints, as the functions of the scene use them."""
 
     @property
     def calls_scripts(self) -> bool: ...
