@@ -18,7 +18,7 @@ from simx_client.protocol.messages import PROTOCOL_VERSION, Greeting
 from simx_client.protocol.zenoh import keys
 from simx_client.transport.endpoints import ServerAddress
 from simx_client.transport.zenoh import ZenohTransport
-from simx_server.gateways.zenoh.gateway import ZenohLink
+from simx_server.gateways.zenoh.link import ZenohLink
 from simx_server.gateways.zenoh.posting import Care, Postman
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("no_connection_left")]
