@@ -14,8 +14,10 @@ from simx_client.errors import ConnectionFailed
 from simx_client.transport.direct import Plan, Refusal
 from simx_server.joints.native.loading import crew_form
 
+from .calls import Calls, width_of
 from .lent import Lent
-from .member import Calls, Member, Physics, Rows, width_of
+from .member import Member
+from .shared import Physics, Rows
 
 Places = NDArray[np.intp]
 
@@ -57,7 +59,7 @@ class Crew:
         self.widths: tuple[int, int, Sequence[int]] = (
             width_of(starts),
             width_of(plan.writes[0]),
-            self._members[0].widths(),
+            self._members[0].shared.widths(),
         )
         self._compiled = compiled
         self._crew: Threads = compiled.Crew(count, threads)
@@ -93,12 +95,12 @@ class Crew:
         """Prepare worlds, or all, for calls."""
         for place in range(len(self._members)) if places is None else places:
             if self._is_lent[place]:
-                self._members[place].take_over()
+                self._members[place].whole.take_over()
 
     def _lend(self, place: int) -> None:
         member = self._members[place]
-        if not self._is_lent[place] and member.lend(partial(self._take_back, place)):
-            self._crew.put(place, member.course)
+        if not self._is_lent[place] and member.whole.lend(partial(self._take_back, place)):
+            self._crew.put(place, member.whole.course)
             self._is_lent[place] = True
             self._lent_count += 1
 
@@ -109,7 +111,7 @@ class Crew:
                 self._is_lent[place] = False
                 self._lent_count -= 1
                 self._crew.put(place, None)
-                self._members[place].settle()
+                self._members[place].whole.settle()
 
     def restart(self, places: Places, values: Rows, results: Rows) -> Places:
         """Start another episode in some worlds; return those where calls have to."""
@@ -129,22 +131,22 @@ class Crew:
         with self._lock:
             lent = places if self.is_whole else places[self._is_lent[places]]
             failed: list[int] = self._crew.step(lent, values, results, self._steps) if len(lent) else []
-            courses = {place: self._members[place].lent_course for place in failed}
+            courses = {place: self._members[place].whole.lent_course for place in failed}
         if not failed and lent is places:
             return []
         refusals: list[Refusal] = []
         running: dict[int, Physics] = {}
         for place in _listed(np.setdiff1d(places, lent)):
-            running[place] = self._members[place].run(values[place], results[place])
+            running[place] = self._members[place].shared.run(values[place], results[place])
         for place, course in courses.items():
             member = self._members[place]
-            refused = member.take_over()
+            refused = member.whole.take_over()
             refusals += refused
             if course.outcome == self._compiled.REFUSED:
-                running[place] = member.run(values[place], results[place])
+                running[place] = member.shared.run(values[place], results[place])
             elif not refused:
                 left = self._steps - course.done - 1
-                running[place] = member.run(values[place], results[place], left)
+                running[place] = member.shared.run(values[place], results[place], left)
         return refusals + self._step_apart(running)
 
     def _step_apart(self, running: dict[int, Physics]) -> list[Refusal]:
@@ -153,17 +155,17 @@ class Crew:
         crew = self._crew
 
         def go_on(place: int, *, is_first: bool) -> None:
-            member, physics = self._members[place], running[place]
+            shared, physics = self._members[place].shared, running[place]
             try:
                 if is_first:
                     apart = next(physics)
                 else:
-                    made = member.made()
+                    made = shared.made()
                     apart = physics.throw(made) if isinstance(made, BaseException) else physics.send(made)
             except StopIteration as end:
                 refusals.extend(end.value)
                 return
-            crew.put(place, member.course_of(apart))
+            crew.put(place, shared.course_of(apart))
             crew.submit(place, apart.flags)
 
         try:
