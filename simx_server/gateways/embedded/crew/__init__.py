@@ -3,8 +3,8 @@
 `crew` steps all of them; `member` is one of them; `operations` finds for a call what compiled code does instead. A step
 can be made in three ways, with equal results bit for bit:
 
-* `whole`: compiled code writes, makes the physics and reads, of all worlds in one call. Python's objects of such a world
-  are out of date until its next turn (`Turns.lend`), which takes over what has happened.
+* `whole`: compiled code writes, makes the physics and reads, of all worlds in one call. Python's objects of such a
+  world are out of date until its next turn (`Turns.lend`), which takes over what has happened.
 * `shared`: Python makes what a world has beside physics, such as scripts; a thread makes the physics meanwhile.
 * by `calls`, as without a crew: where something within the physics needs Python, or another client is there.
 """
