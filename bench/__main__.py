@@ -17,6 +17,7 @@ from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.nearest import did_you_mean
 
 from .calls.client import CallFailed
+from .measuring import paces
 from .measuring.machine import Watch, description
 from .measuring.measure import FULL, QUICK
 from .measuring.processes import NotReady
@@ -60,6 +61,9 @@ MEASUREMENTS = {
 
 REPORT = Path(__file__).with_name("REPORT.md")
 
+PACES = REPORT.with_name("paces.json")
+"""Figures of runs at other paces."""
+
 
 def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = Parser(
@@ -76,6 +80,12 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
         "--real-time",
         action="store_true",
         help="run with SCHED_RR, ahead of other programs, where the system permits it; others get little time",
+    )
+    parser.add_argument(
+        "--pace",
+        choices=paces.PACES,
+        default="idle",
+        help="keep all cores busy meanwhile, or use one only; adds a column to the next report",
     )
     parser.add_argument("--report", type=Path, metavar="FILE", help="write the report there")
     parsed = parser.parse_args(arguments)
@@ -95,10 +105,13 @@ REPEATS_S = 90.0
 """Seconds that repetitions of disturbed turns may take in a full run."""
 
 
-def run(names: Sequence[str], *, quick: bool = False) -> tuple[list[str], list[Findings]]:
+def run(
+    names: Sequence[str], *, quick: bool = False, pace: str = paces.IDLE
+) -> tuple[list[str], list[Findings]]:
     """Run measurements by name; return the conditions of the run and what was found."""
     effort, watch = (QUICK if quick else FULL), Watch()
-    DISTURBANCE.begin(REPEATS_S * effort.factor)
+    if pace == paces.IDLE:
+        DISTURBANCE.begin(REPEATS_S * effort.factor)
     findings: list[Findings] = []
     took: dict[str, float] = {}
     for place, name in enumerate(names, 1):
@@ -106,7 +119,8 @@ def run(names: Sequence[str], *, quick: bool = False) -> tuple[list[str], list[F
         # Imported when it is needed: some load MuJoCo, and a blocking call is timed in a process as lean as a script.
         measure = importlib.import_module(MEASUREMENTS[name]).measure
         began = time.monotonic()
-        findings.append(measure(effort))
+        with paces.kept(pace):
+            findings.append(measure(effort))
         took[name] = time.monotonic() - began
         watch.look()
     parts = ", ".join(f"{name} {seconds:.0f}" for name, seconds in took.items())
@@ -139,18 +153,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if chosen.real_time and not go_real_time():
         logger.error("SCHED_RR is not permitted; run as root, or without --real-time")
         return 1
-    is_whole = not chosen.names and not chosen.quick
+    pace = paces.PACES[chosen.pace]
+    is_idle, is_whole = pace == paces.IDLE, not chosen.names and not chosen.quick
     try:
-        conditions, findings = run(chosen.names or list(MEASUREMENTS), quick=chosen.quick)
+        conditions, findings = run(chosen.names or list(MEASUREMENTS), quick=chosen.quick, pace=pace)
     except (CallFailed, NotReady) as error:
         logger.error("%s", error)
         return 1
     except KeyboardInterrupt:
         return 130
-    report = compose(findings, conditions=conditions)
+    others: list[paces.AtPace] = []
+    if not is_idle and not chosen.names:
+        paces.store(PACES, pace, conditions[-1], findings)
+    elif is_whole:
+        others = paces.load(PACES)
+        conditions += [f"{each.pace}: {each.condition}" for each in others]
+    report = compose(findings, conditions=conditions, others={each.pace: each.found for each in others})
     more = details(findings, conditions=conditions)
     sys.stdout.write(report if is_whole else f"{report}\n{more}")
-    if target := chosen.report or (REPORT if is_whole else None):
+    if target := chosen.report or (REPORT if is_whole and is_idle else None):
         target.write_text(report, encoding="utf-8")
         target.with_name(DETAILS).write_text(more, encoding="utf-8")
         _draw(target.parent / PLOTS, findings)

@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Generator
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack, closing
 from functools import partial
 from typing import Any
 
 import simx_client as vrep
 from bench.measuring import baselines, processes
 from bench.measuring.measure import Effort, Rounds, ratio, ratio_p99, repeated, side_by_side
+from bench.measuring.paces import BUSY, IDLE, ONE_CORE, endless_loops
 from bench.measuring.report import Findings, Ratio, Rival, Row
 from bench.measuring.resources import context_switches, on_one_core
-from bench.measuring.scheduling import cores
 from simx_client.client import Client
 
 from .blocking import message_sizes
@@ -41,7 +40,6 @@ EMBEDDED, LOCAL, ZENOH = "simx, embedded", "simx, one host", "simx, over Zenoh"
 ZMQ, DIRECT, SHARED = "ZeroMQ client, empty server", "PyBullet DIRECT", "PyBullet shared memory"
 TCP, QUERY = "bare TCP echo", "bare Zenoh query"
 CASES = (EMBEDDED, LOCAL, ZENOH, ZMQ, DIRECT, SHARED, TCP, QUERY)
-IDLE, BUSY, ONE_CORE = "idle", "all cores busy", "all on one core"
 
 
 def measure(effort: Effort) -> Findings:
@@ -132,7 +130,7 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     for case in (LOCAL, ZENOH):
         switches = _switches(cases[case], effort.count(200), (os.getpid(), server.process_id))
         taken[f"switches, {case}"] = Rounds(((switches,),))
-    with _endless_loops():
+    with endless_loops():
         taken |= take(BUSY)
     with on_one_core(*ends):
         taken |= take(ONE_CORE)
@@ -157,14 +155,3 @@ def _switches(case: Callable[[], object], calls: int, ends: tuple[int, int]) -> 
         return context_switches(ends) - before
 
     return max(0, counted(case) - counted(lambda: None)) / calls
-
-
-@contextmanager
-def _endless_loops() -> Generator[None]:
-    """Keep all cores busy within the block."""
-    with ExitStack() as stack:
-        for _ in range(cores()):
-            loop = subprocess.Popen([sys.executable, "-c", "while True: pass"])
-            stack.callback(loop.wait)
-            stack.callback(loop.kill)
-        yield

@@ -6,6 +6,8 @@ They take half a minute of processor time, so `make bench` runs them, before it 
 from __future__ import annotations
 
 import importlib.util
+import re
+from pathlib import Path
 
 import pytest
 
@@ -14,8 +16,9 @@ from bench.images import picture, rendering, sizes
 from bench.learning import environments
 from bench.learning import growth as learning
 from bench.load import classroom, clients, scale, servers, startup, view
+from bench.measuring import paces
 from bench.measuring.measure import Effort
-from bench.measuring.report import Findings
+from bench.measuring.report import Findings, Ratio, compose
 from bench.world import growth, vrep_files
 from simx_server.viewer.launching import missing
 
@@ -211,3 +214,26 @@ def test_environments_are_measured_beside_others(monkeypatch: pytest.MonkeyPatch
 def test_cost_is_measured_by_image_size(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sizes, "SIZES", ((16, 12), (32, 24)))
     sweep_of(sizes.measure(TINY), ["16 x 12", "32 x 24"])
+
+
+def test_figures_of_another_pace_are_a_column_of_the_report(tmp_path: Path) -> None:
+    file = tmp_path / "paces.json"
+    found = Findings("Reads", ratios=[Ratio("read / stub", 2.0, target=1.0), Ratio("read / queue", 3.0)])
+    assert paces.load(file) == []
+    paces.store(file, paces.ONE_CORE, "a full run of 1 s", [found])
+    paces.store(file, paces.BUSY, "a full run of 2 s", [found])
+    paces.store(
+        file,
+        paces.BUSY,
+        "a full run of 3 s",
+        [Findings("", ratios=[Ratio("read / stub", 1.234, target=1.0)])],
+    )
+    busy, one_core = paces.load(file)
+    assert (busy.pace, busy.found, one_core.found) == (
+        paces.BUSY,
+        {"read / stub": 1.23},
+        {"read / stub": 2.0},
+    )
+    assert busy.condition.endswith("a full run of 3 s")
+    page = compose([found], conditions=[], others={each.pace: each.found for each in (busy, one_core)})
+    assert re.search(r"\| read / stub \| +2.00 x \| +1.00 x \| +\*\*no\*\* \| +1.23 x \| +2.00 x \|", page)

@@ -146,12 +146,19 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     return [line(head), rule + "|", *map(line, rows)]
 
 
-def compose(findings: Sequence[Findings], *, conditions: Sequence[str]) -> str:
+def compose(
+    findings: Sequence[Findings],
+    *,
+    conditions: Sequence[str],
+    others: Mapping[str, Mapping[str, float]] | None = None,
+) -> str:
     """Return the summary: what was kept by topic, the rivals, all aims by topic, the conditions.
 
     Args:
         conditions: what is said of the machine and the run, a line each.
+        others: figures of aims by their names, from runs at other paces of the machine; a column for each.
     """
+    others = others or {}
     aims: dict[str, list[Ratio]] = {}
     for found in findings:
         aims.setdefault(found.topic, []).extend(each for each in found.ratios if each.target is not None)
@@ -168,10 +175,16 @@ def compose(findings: Sequence[Findings], *, conditions: Sequence[str]) -> str:
         lines += ["", "## Aims", "", *_kept(aims)]
         for topic, each in aims.items():
             rows = [
-                (aim.what, _with_unit(aim.value, aim), _with_unit(aim.target, aim), aim.verdict)
+                (
+                    aim.what,
+                    _with_unit(aim.value, aim),
+                    _with_unit(aim.target, aim),
+                    aim.verdict,
+                    *(_with_unit(found.get(aim.what), aim) for found in others.values()),
+                )
                 for aim in each
             ]
-            lines += ["", f"### {topic}", "", *table(("what", "found", "at most", "kept"), rows)]
+            lines += ["", f"### {topic}", "", *table(("what", "found", "at most", "kept", *others), rows)]
     lines += ["", "## Conditions", "", *(f"- {condition}" for condition in conditions)]
     return "\n".join(lines) + "\n"
 
