@@ -1,8 +1,6 @@
 """One Lua 5.4 interpreter for one script: a sandbox with a time limit and a memory limit.
 
-`interpreter.py` specifies the values that a script receives and returns; this file is independent of the simulation.
-A table of Lua becomes a list when its keys are 1, 2 ... without a gap (or when it is empty), else a dict; a Python
-list or dict becomes a table.
+It is independent of the simulation. `crossing/` has the values that a script receives and returns.
 """
 
 from __future__ import annotations
@@ -10,12 +8,9 @@ from __future__ import annotations
 import itertools
 import logging
 import re
-import struct
 import time
-from array import array
-from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
-from numbers import Integral, Real
-from typing import Any, Final, TypeVar, cast
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import (
@@ -28,7 +23,6 @@ from simx_server.scripting.interpreter import (
     TIME_LIMIT,
     TIMEOUT,
     Api,
-    Plain,
     ScriptError,
     Waiting,
     no_such_module,
@@ -38,6 +32,7 @@ from simx_server.scripting.modules import own_modules
 from simx_server.scripting.modules.absent import no_such_plugin
 
 from .crossing.flat import flat
+from .crossing.values import LuaFunction, Values
 from .prepared import chunks, load_lupa, names, new_runtime
 from .sources import too_much
 from .turns import may_make_coroutines, with_turns
@@ -48,46 +43,10 @@ _PLUGIN = re.compile(r"attempt to index a nil value \(global '(sim[A-Z]\w*)'\)$"
 _OLD_NAME = re.compile(r"attempt to call a nil value \(global 'sim([A-Z])(\w*)'\)")
 
 
-class LuaFunction:
-    """A function that a script passed to the server; see `interpreter.Function`."""
-
-    def __init__(self, interpreter: LuaInterpreter, function: Any) -> None:
-        self.interpreter = interpreter
-        self.function = function
-
-    def __call__(self, *arguments: Any) -> list[Any]:
-        return self.interpreter.apply(self, arguments)
-
-
-_T = TypeVar("_T")
-
 _FAILED = (False, b"failed inside the server; its log says why")
 """Result that a script gets for an internal error of the server."""
 
-_MANY = 5000
-"""Items of a table that are converted in about 3 ms; after this number the clock is checked."""
-
-_SIMPLE: Final = frozenset({bool, float, int, bytes, type(None)})
-"""Types that lupa returns for values of Lua."""
-
-_UNCHANGED: Final = frozenset({bool, float, bytes})
-"""Types of items that enter Lua as they are."""
-
-_ALONE: Final = ord("-")
-_FLOATS: Final = ord("d")
-_MIXED: Final = ord("m")
-"""Kinds of arguments, as in `values.lua`."""
-
-_PACKED: Final = 200
-"""Numbers in a piece of a list that leaves Lua, as in `values.lua`."""
-
 _PHASES: Final = {name: name.encode() for name in PHASES}
-
-_NUMBER: Final = 8
-"""Bytes of a number of Lua."""
-
-_FEW_FLOATS = {_NUMBER * count: struct.Struct(f"={count}d").unpack for count in range(_PACKED + 1)}
-"""Functions that unpack short lists of floats, by the bytes of the list: in half the time of an array."""
 
 _LONGEST_LINE = 100_000
 """Maximum bytes of a printed line, and of an error's text."""
@@ -123,12 +82,12 @@ class LuaInterpreter:
         self.lacking: frozenset[str] = frozenset()
         self._tokens = itertools.count(1)
         lupa = load_lupa()
-        self._lua_type = lupa.lua_type
         self._memory_error: type[Exception] = lupa.LuaMemoryError
         self._raised: BaseException | None = None
         self._face: Any
-        self._runtime: Any = new_runtime(MEMORY_LIMIT)
-        known, compiled = self._runtime.globals(), chunks()
+        runtime: Any = new_runtime(MEMORY_LIMIT)
+        self._values = Values(self, runtime, lupa.lua_type, self._breathe)
+        known, compiled = runtime.globals(), chunks()
         collect = known[b"collectgarbage"]
         collect(b"stop")  # of what follows nothing is garbage
         guard = known[b"load"](compiled[b"sandbox"], b"=sandbox", b"b")
@@ -141,15 +100,15 @@ class LuaInterpreter:
             self._sealed(self._counted, None),
             self._sealed(self._is_tired, False),
             self._sealed(_refuse, b"failed inside the server; its log says why"),
-            self._to_lua(PHASES),
+            self._values.to_lua(PHASES),
             self._sealed(self._note_lacking, None),
             MAX_DEPTH,
-            self._to_lua(list(api.namespaces())),
+            self._values.to_lua(list(api.namespaces())),
             self._sealed(self._member, (False, None)),
             self._sealed(lambda: names(api.namespaces()), b""),
-            self._to_lua(dict(OLD_SPACES)),
-            self._runtime.table_from(compiled),
-            self._sealed(self._given_list, None),
+            self._values.to_lua(dict(OLD_SPACES)),
+            runtime.table_from(compiled),
+            self._sealed(self._values.given_list, None),
             self._sealed(api.count_calls, None),
         )
         collect(b"restart")
@@ -164,7 +123,8 @@ class LuaInterpreter:
         """
         self._has_ended = True
         if not self._depth:
-            self._face = self._runtime = None
+            self._face = None
+            self._values.close()
             self._waiting.clear()
 
     def run(self, source: bytes) -> None:
@@ -185,14 +145,14 @@ class LuaInterpreter:
         Raises:
             ScriptError: the script failed.
         """
-        return self._enter(b"call", function.encode(), *map(self._to_lua, arguments))
+        return self._enter(b"call", function.encode(), *map(self._values.to_lua, arguments))
 
     def attempt(self, function: str, *arguments: Any) -> list[Any] | None:
         """Call a function as `call` does if it exists; return None if not. Its name has no dots."""
         if function in self.lacking and not self._depth:
             return None
         name = _PHASES.get(function) or function.encode()
-        return self._enter(b"attempt", name, *map(self._to_lua, arguments))
+        return self._enter(b"attempt", name, *map(self._values.to_lua, arguments))
 
     def evaluate(self, source: bytes) -> list[Any]:
         """Execute a piece of Lua among the script's globals, and return its results."""
@@ -200,7 +160,7 @@ class LuaInterpreter:
 
     def apply(self, function: LuaFunction, arguments: tuple[Any, ...]) -> list[Any]:
         """Call a function that the script passed to the server."""
-        return self._enter(b"apply", function.function, *map(self._to_lua, arguments))
+        return self._enter(b"apply", function.function, *map(self._values.to_lua, arguments))
 
     def start_text(self, source: bytes, functions: Sequence[str]) -> None:
         """Make the script's text the script's thread, and then the first of these functions that it has defined.
@@ -250,7 +210,7 @@ class LuaInterpreter:
         ok, *results = answer if isinstance(answer, tuple) else (answer,)
         if ok is not True:
             raise ScriptError(self._explain(_shown(results[0])))
-        return [self._from_lua(value) for value in results]
+        return [self._values.from_lua(value) for value in results]
 
     def _sealed(self, action: Callable[..., Any], failed: Any) -> Callable[..., Any]:
         """Return a function for Lua that never raises, because lupa passes exceptions to scripts.
@@ -304,7 +264,7 @@ class LuaInterpreter:
         """Return whether a name of a namespace is a function, and the value of a constant."""
         members, member = self._spaces[space], _text(name)
         value = members.get(member)
-        return value is None and member in members, self._to_lua(value)
+        return value is None and member in members, self._values.to_lua(value)
 
     def _is_tired(self, turns: int) -> bool:
         return self._api.switching.is_tired(turns * _TURN_TIME)
@@ -324,47 +284,6 @@ class LuaInterpreter:
             return False, f"require '{_text(name)}': {missing}".encode("utf-8", "replace")
         return True, source
 
-    def _given(self, kinds: bytes, values: tuple[Any, ...]) -> list[Any]:
-        """Return the arguments of a call.
-
-        Args:
-            kinds: a letter for each value: `_ALONE`, or a kind of list of numbers that `values.lua` has packed in a
-                string: ``d`` of floats, ``j`` of integers, ``m`` of both.
-            values: from Lua.
-        """
-        found: list[Any] = []
-        for kind, value in zip(kinds, values):  # noqa: B905  # as many; `strict` takes as long as all of this
-            if kind == _ALONE:
-                found.append(value if value.__class__ in _SIMPLE else self._from_lua(value))
-            elif kind == _FLOATS and (unpack := _FEW_FLOATS.get(len(value))) is not None:
-                found.append(list(unpack(value)))
-            else:
-                found.append(self._numbers(kind, value))
-        return found
-
-    def _given_list(self, kind: bytes, data: bytes) -> list[int | float]:
-        """Return a list within a table, which Lua has packed; Lua passes it on as it is."""
-        return self._numbers(kind[0], data)
-
-    def _numbers(self, kind: int, data: bytes) -> list[int | float]:
-        """Return the numbers of a list that Lua has packed."""
-        if kind == _MIXED:
-            size = _PACKED * (1 + _NUMBER)  # of a piece: letters, then numbers
-            found: list[int | float] = []
-            for start in range(0, len(data), size):
-                piece = data[start : start + size]
-                count = len(piece) // (1 + _NUMBER)
-                letters = piece[:count].replace(b"j", b"q").decode()
-                found += struct.unpack(f"={letters}", piece[count:])
-            return found
-        numbers = array("d" if kind == _FLOATS else "q", data)
-        if len(numbers) <= _MANY:
-            return cast("list[int | float]", numbers.tolist())
-        found = []
-        for piece in self._pieces(numbers):
-            found += piece
-        return found
-
     def _function(self, name: bytes) -> Callable[..., tuple[Any, ...]]:
         """Return a function of the API as Lua calls it, with the level of the coroutine (see `sandbox.lua`), the kinds
         of the arguments (see `_given`; None: all are values of `_SIMPLE`) and the arguments.
@@ -375,8 +294,8 @@ class LuaInterpreter:
         full_name = _text(name)
         run, given, to_lua, switching = (
             self._api.function(full_name),
-            self._given,
-            self._to_lua,
+            self._values.given,
+            self._values.to_lua,
             self._api.switching,
         )
 
@@ -412,7 +331,7 @@ class LuaInterpreter:
             next(self._waiting[token])
         except StopIteration as end:
             del self._waiting[token]
-            return (True, *map(self._to_lua, end.value or ()))
+            return (True, *map(self._values.to_lua, end.value or ()))
         except BaseException:
             del self._waiting[token]
             raise
@@ -427,97 +346,6 @@ class LuaInterpreter:
             return False, f"{function}: failed inside the server; its log says why".encode()
         self._raised = problem  # as in `_sealed`
         return _FAILED
-
-    def _to_lua(self, value: Plain | Integral | Real | bytearray | memoryview) -> Any:
-        """Convert a value so that lupa passes a value of Lua: other values would reach the script as Python objects."""
-        kind = type(value)
-        if kind is float or kind is bytes or kind is bool or value is None:
-            return value
-        # That its type is int says nothing to pyright.
-        if kind is int and -(1 << 63) <= value < 1 << 63:  # pyright: ignore[reportOperatorIssue]
-            return value
-        if isinstance(value, str):
-            return value.encode("utf-8", "surrogateescape")
-        if isinstance(value, (list, tuple)):
-            is_short = len(value) <= _MANY and _UNCHANGED.issuperset(map(type, value))
-            return self._runtime.table_from(value if is_short else self._entering(value))
-        if isinstance(value, dict):
-            items = self._breathing(value.items())
-            return self._runtime.table_from(
-                {self._to_lua(key): self._to_lua(item) for key, item in items if item is not None}
-            )
-        if isinstance(value, LuaFunction):
-            if value.interpreter is not self:
-                raise CommandError("a function of one script cannot be given to another")
-            return value.function
-        if isinstance(value, Integral):
-            number = int(value)
-            return number if -(1 << 63) <= number < 1 << 63 else float(number)
-        if isinstance(value, Real):
-            return float(value)
-        if isinstance(value, (bytes, bytearray, memoryview)):
-            return bytes(value)
-        raise TypeError(f"a {type(value).__name__} cannot enter a script")
-
-    def _entering(self, items: Sequence[Any]) -> list[Any]:
-        entering: list[Any] = []
-        for piece in self._pieces(items):
-            entering += piece if _enters_as_it_is(piece) else map(self._to_lua, piece)
-        return entering
-
-    def _from_lua(self, value: Any) -> Any:
-        if type(value) in _SIMPLE:
-            return value
-        kind = self._lua_type(value)
-        if kind == "table":
-            pairs = iter(value.items())
-            items = dict(itertools.islice(pairs, _MANY))
-            if len(items) == _MANY:
-                self._read_on(items, pairs)
-            try:
-                found = [items[i] for i in range(1, len(items) + 1)]
-            except KeyError:  # it has a gap, or names
-                return {_key(key): self._from_lua(item) for key, item in self._breathing(items.items())}
-            if len(found) <= _MANY and _SIMPLE.issuperset(map(type, found)):
-                return found
-            leaving: list[Any] = []
-            for piece in self._pieces(found):
-                leaving += piece if _SIMPLE.issuperset(map(type, piece)) else map(self._from_lua, piece)
-            return leaving
-        if kind == "function":
-            return LuaFunction(self, value)
-        if kind is not None:
-            raise ScriptError(f"{self.name}: a {kind} cannot leave the script")
-        return value
-
-    def _read_on(self, items: dict[Any, Any], pairs: Iterator[tuple[Any, Any]]) -> None:
-        """Add the remaining keys and values of a long table of Lua, unconverted."""
-        read = len(items)
-        while len(items) == read:
-            self._breathe()
-            items.update(itertools.islice(pairs, _MANY))
-            read += _MANY
-
-    def _pieces(self, items: Sequence[_T]) -> Iterator[Sequence[_T]]:
-        """Yield a long list in pieces; the server answers other clients between them."""
-        for start in range(0, len(items), _MANY):
-            if start:
-                self._breathe()
-            yield items[start : start + _MANY]
-
-    def _breathing(self, items: Iterable[_T]) -> Iterable[_T]:
-        """Yield the items of a table; a large one takes long to convert, so the server answers other clients
-        meanwhile.
-        """
-        if isinstance(items, Sized) and len(items) < _MANY:
-            return items
-        return self._with_turns_of_others(items)
-
-    def _with_turns_of_others(self, items: Iterable[_T]) -> Iterator[_T]:
-        for number, item in enumerate(items, 1):
-            if number % _MANY == 0:
-                self._breathe()
-            yield item
 
     def _breathe(self) -> None:
         """Answer other clients, and end a call that takes too long."""
@@ -536,18 +364,6 @@ class LuaInterpreter:
         if plugin:
             problem = f"{problem}: {no_such_plugin(plugin[1], self._api.namespaces())}"
         return problem if problem.startswith(f"{self.name}:") else f"{self.name}: {problem}"
-
-
-def _enters_as_it_is(items: Sequence[Any]) -> bool:
-    """Return whether lupa makes values of Lua of all items; Lua's integers have 64 bits."""
-    kinds = set(map(type, items))
-    if kinds == {int}:
-        return min(items) >= -(1 << 63) and max(items) < 1 << 63
-    return kinds <= _UNCHANGED
-
-
-def _key(key: bytes | int) -> str | int:
-    return key.decode("utf-8", "surrogateescape") if isinstance(key, bytes) else key
 
 
 def _refuse(source: bytes) -> bytes | None:

@@ -16,6 +16,7 @@ from simx_server.errors import CommandError
 from simx_server.scripting.interpreter import Constant, ScriptError, Waiting
 from simx_server.scripting.lua import interpreter as lua
 from simx_server.scripting.lua import prepared
+from simx_server.scripting.lua.crossing.values import _MANY
 from simx_server.scripting.lua.interpreter import LuaInterpreter
 
 pytestmark = pytest.mark.slow
@@ -123,7 +124,7 @@ def test_tables_with_keys_that_cannot_cross_are_an_error(key: str, what: str) ->
 
 def test_long_tables_cross_in_pieces_exactly() -> None:
     interpreter = script("function f(t) return t end function named(t) t.key = 1 return t end", time_limit=5)
-    count = 2 * lua._MANY
+    count = 2 * _MANY
     numbers, ends = list(range(count)), [1 << 62, -(1 << 63)]
     for values in (
         numbers + ends,
