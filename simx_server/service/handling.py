@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
     from .answers.outbox import Outbox
+    from .calls.addresses import ReadsAtOnce
     from .calls.batches import Batches
     from .calls.busy import BusyDesk
     from .calls.serving import Serving
@@ -28,35 +29,43 @@ class Handling:
         self,
         simulation: Simulation,
         queue: Inbox,
+        reads: ReadsAtOnce,
         batches: Batches,
         outbox: Outbox,
         busy: BusyDesk,
         serving: Serving,
     ) -> None:
-        self._simulation, self._queue, self._batches = simulation, queue, batches
+        self._simulation, self._queue, self._reads, self._batches = simulation, queue, reads, batches
         self._outbox, self._busy, self._serving = outbox, busy, serving
         self._has_handled = False
 
     def handle(self, event: Event | Arrival) -> None:
         """Handle an event or a message; a failure is logged, and the server goes on."""
         self._has_handled = True
-        outer = self._busy.begin()
         began = time.perf_counter()
+        try:
+            if not (isinstance(event, Arrival) and self._reads.answer(event.client, event.work)):
+                self._execute(event)
+        except Exception:
+            logger.exception("a request could not be dealt with; the server goes on")
+        finally:
+            self._queue.served(time.perf_counter() - began)
+        if self._serving.is_active:
+            self._outbox.send()
+        elif self._outbox.is_keeping:
+            self._outbox.send_what_is_awaited()
+
+    def _execute(self, event: Event | Arrival) -> None:
+        """Do what may take long."""
+        outer = self._busy.begin()
         try:
             if isinstance(event, Arrival):
                 self._batches.execute(event.client, event.work)
             else:
                 self._outbox.send()
                 event()
-        except Exception:
-            logger.exception("a request could not be dealt with; the server goes on")
         finally:
             self._busy.go_back_to(outer)
-            self._queue.served(time.perf_counter() - began)
-        if self._serving.is_active:
-            self._outbox.send()
-        else:
-            self._outbox.send_what_is_awaited()
 
     def settle(self) -> None:
         """Do what calls have left for later: a start, a stop, another scene."""

@@ -13,6 +13,7 @@ from .answers.outbox import Outbox
 from .answers.publishing import Publisher
 from .answers.replies import Messages
 from .arrivals import Arrivals
+from .calls.addresses import ReadsAtOnce
 from .calls.batches import Batches
 from .calls.busy import BusyDesk
 from .calls.dispatch import Dispatch
@@ -123,7 +124,8 @@ def build_service(
     due = Due(world, sessions, pacer, returning, watchers)
     batches = Batches(simulation, sessions, queue, serving, due, watchers, executor, publisher, outbox)
     busy = BusyDesk(queue, sessions, messages, executor, watchers)
-    handling = Handling(simulation, queue, batches, outbox, busy, serving)
+    reads = ReadsAtOnce(world, sessions, watchers, executor, outbox)
+    handling = Handling(simulation, queue, reads, batches, outbox, busy, serving)
     meanwhile = Meanwhile(simulation, queue, clients, executor, outbox, serving, handling, ending)
     watchers.add(metrics, Memory(queue), ending, clients, batches.waiting, unfinished, returning)
     simulation.interruptions.serve(meanwhile.serve_others, meanwhile.is_end_wanted)

@@ -27,6 +27,7 @@ from simx_server.service.answers.link import PackingLink
 from simx_server.service.answers.positions import JOINT_POSITION
 from simx_server.service.answers.replies import Instant
 from simx_server.service.answers.streams import NewestValues
+from simx_server.service.calls.addresses import Addresses, Shortcut
 from simx_server.service.calls.direct import DirectCall
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.rights import may
@@ -34,7 +35,6 @@ from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.loop import ServerLoop
 from simx_server.simulation.simulation import SimulationState
 
-from .addresses import Addresses, Shortcut
 from .alone import Alone
 from .crew.lent import Lent
 from .published import Published

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.lane.frames import MESSAGE, BadFrame, Frames
-from simx_server.gateways.listening import Listening, part
+from simx_server.gateways.listening import READ, Listening, part
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.admission.unfinished import Unfinished
 
@@ -75,11 +75,12 @@ class LanePeers(Listening["LanePeer"]):
             peer.receive()
             if peer.link is not None:
                 peer.link.has_called()
-            if peer.is_used and peer.frames.whole:
-                kind, payload = peer.frames.whole[0]
+            if peer.is_used and (whole := peer.frames.whole):
+                kind, payload = whole[0]
                 if kind == MESSAGE and self._service.queue.hand_over(peer.client, BatchWork(payload)):
-                    peer.frames.whole.popleft()
-                self._queue(peer)
+                    whole.popleft()
+                if whole:
+                    self._queue(peer)
         if peer.frames.whole and not peer.is_used:
             self._begin(peer)
         if peer.problem or peer.has_ended or peer.frames.whole:
@@ -202,12 +203,15 @@ class LanePeer:
         """Read some of what has arrived. Under the gateway's lock."""
         if self.has_ended or self.problem:
             return
+        frames, account = self.frames, self._unfinished
         try:
-            data = self.socket.recv(part(self.frames.missing), _AT_ONCE)
+            missing = frames.missing
+            data = self.socket.recv(part(missing) if missing else READ, _AT_ONCE)
             self.has_ended = not data
-            count = self.frames.count
-            self.frames.add(data)
-            self._unfinished.hold(self.frames.held, is_new=self.frames.count > count)
+            count = frames.count
+            frames.add(data)
+            if (held := frames.held) or account.size:
+                account.hold(held, is_new=frames.count > count)
         except BlockingIOError:
             pass
         except BadFrame as problem:

@@ -33,6 +33,9 @@ class Outbox:
         """Make an empty outbox."""
         self.messages = messages
         self._session: ClientSession | None = None
+        self.is_keeping = False
+        """Replies are kept for the next ones."""
+
         self._replies: list[Reply] = []
         self._is_awaited = False
         """The client waits for one of the replies."""
@@ -48,14 +51,9 @@ class Outbox:
         """
         if session is not self._session:
             self.send()
-            self._session = session
+            self._session, self.is_keeping = session, True
         self._replies += replies
         self._is_awaited |= is_awaited
-
-    @property
-    def is_keeping(self) -> bool:
-        """Return whether replies are kept for the next ones."""
-        return self._session is not None
 
     def send_what_is_awaited(self) -> None:
         """Send after a batch, unless all replies may wait for the next ones."""
@@ -72,7 +70,7 @@ class Outbox:
 
     def send(self) -> None:
         """Send the replies that are kept. Never raises: oversized replies concern one client, not the server."""
-        session, self._session = self._session, None
+        session, self._session, self.is_keeping = self._session, None, False
         if session is None:
             return
         replies, self._replies = self._replies, []

@@ -95,19 +95,25 @@ class Messages:
 
     def header(self, at: Instant, message_id: int, client_time: int) -> Delivery:
         """Return a delivery without replies that was sent at an instant."""
-        return self._delivery_at(at, message_id, client_time, [])
+        return self._delivery(*at, message_id, client_time, [])
 
     def delivery(self, session: ClientSession, replies: list[Reply]) -> Delivery:
         """Return a delivery with these replies, sent now."""
-        return self._delivery_at(self.instant(), session.message_id, session.client_time, replies)
-
-    def _delivery_at(self, at: Instant, message_id: int, client_time: int, replies: list[Reply]) -> Delivery:
-        real_time = _REAL_TIME_BIT if math.isfinite(self._pacer.speed) else 0
-        return Delivery(
-            message_id,
-            client_time,
-            int(at.seconds * 1000) & 0x7FFF_FFFF,
-            self.scene_id(at.scene_id),
-            _STATE_BITS[at.state] | real_time,
-            replies,
+        simulation = self._simulation
+        state, scene = simulation.state, simulation.scene_id
+        return self._delivery(
+            time.monotonic(), state, scene, session.message_id, session.client_time, replies
         )
+
+    def _delivery(
+        self,
+        seconds: float,
+        state: SimulationState,
+        scene: int,
+        message_id: int,
+        client_time: int,
+        replies: list[Reply],
+    ) -> Delivery:
+        bits = _STATE_BITS[state] | (_REAL_TIME_BIT if math.isfinite(self._pacer.speed) else 0)
+        time_ms = int(seconds * 1000) & 0x7FFF_FFFF
+        return of_fields(Delivery, (message_id, client_time, time_ms, scene & _SCENE_ID_MASK, bits, replies))

@@ -7,7 +7,7 @@ executed meanwhile; what it demands is read from its calls.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 from typing import TYPE_CHECKING, Protocol
 
@@ -26,6 +26,9 @@ STOP = "simxStopSimulation"
 
 STOP_MARK = b"topSimulation"
 """Part of every message that stops the simulation, in every protocol; other messages may have it too."""
+
+SHORT = 1 << 10
+"""Bytes of a message whose calls are kept after the first reading, for those who handle it next."""
 
 _CALL = 32
 """About how many bytes a call takes without its arguments."""
@@ -120,12 +123,19 @@ class BatchWork(TableWork):
 
     payload: bytes
     size: int
+    _batch: Batch | None = field(compare=False, repr=False)
+    """The calls of a short one, as soon as they were read; those of a long one take many times its bytes."""
 
     def __init__(self, payload: bytes) -> None:
-        self.payload, self.size = payload, len(payload)
+        self.payload, self.size, self._batch = payload, len(payload), None
 
     def read(self) -> Batch:
-        return decode_batch(self.payload)
+        if self._batch is not None:
+            return self._batch
+        batch = decode_batch(self.payload)
+        if self.size <= SHORT:
+            self._batch = batch
+        return batch
 
     def callers(self, most: int) -> tuple[int, int, list[int]]:
         return decode_callers(self.payload, most)

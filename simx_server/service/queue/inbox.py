@@ -290,7 +290,7 @@ class Inbox:
         if not self._is_waiting or self.has_work() or work.size > LARGE:
             return False
         box = self._boxes.get(client)
-        if box is None or box.items or box.is_waiting or box.is_leaving:
+        if box is None or box.items or box.is_suspended or box.is_kept_back or box.is_leaving:
             return False
         self._held.append(Arrival(client, work))
         return True

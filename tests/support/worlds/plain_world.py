@@ -47,6 +47,9 @@ class PlainSimulation:
         self.joints: dict[int, float] = {}
         self.removed: set[int] = set()
         self.strings: dict[str, bytes] = {}
+        self.signals = SimpleNamespace(
+            integers={}, floats={}, strings={}
+        )  # empty: all calls go to the handlers
         self.log: list[tuple] = []
         self.pictures: list[Future] = []
 

@@ -1,25 +1,38 @@
 """Where the values are that programs read and set most, found once: without the way through a handler.
 
 A value is read or set here only if its place alone decides it. The other cases, and all refusals, are left to the
-handlers: here their result is None.
+handlers: here their result is None. Clients in this process call by addresses, and messages with one read are answered
+by them.
 """
 
 from __future__ import annotations
 
+import time
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from simx_client.protocol.codec import CodecError
+from simx_client.protocol.commands import BY_NAME
+from simx_client.protocol.messages import STATUS_OK, Operation, Reply, of_fields
 from simx_client.protocol.precision import as_single
 
+from .work import SHORT, TableWork, Work
+
 if TYPE_CHECKING:
+    from simx_server.service.answers.outbox import Outbox
+    from simx_server.service.clients.sessions import ClientSession
+    from simx_server.service.watcher import Watchers
     from simx_server.simulation.simulation import Simulation
     from simx_server.world.world import World
+
+    from .executor import Executor
 
 Shortcut = Callable[[Sequence[Any]], Any]
 """Takes the arguments as the script gave them; returns the result of the legacy function. None: make a normal call."""
 
 _WORLD = -1
+_EXECUTE = int(Operation.EXECUTE)
 
 
 class Addresses:
@@ -48,6 +61,14 @@ class Addresses:
     def shortcut(self, function: str) -> Shortcut | None:
         """Return how a legacy function reads or sets its value at its address; None if it has none."""
         return self._shortcuts.get(function)
+
+    def reads(self) -> dict[str, tuple[Shortcut, int]]:
+        """Return the functions that only read: each with its number of arguments."""
+        return {
+            name: (shortcut, len(BY_NAME[name].arguments))
+            for name, shortcut in self._shortcuts.items()
+            if BY_NAME[name].only_reads
+        }
 
     def _joint_position(self, arguments: Sequence[Any]) -> tuple[int, float] | None:
         (handle,) = arguments
@@ -109,6 +130,64 @@ class Addresses:
         item = self._simulation.scene.objects.get(handle)
         if item is not None and item.element == "body" and item.id:
             self._bodies[handle] = 3 * item.id
+
+
+class ReadsAtOnce:
+    """Answers messages that read one value at its address: without a batch, and without the handler.
+
+    Results, headers and counts are those of the normal way, see `Batches`. Physics thread.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        sessions: Mapping[str, ClientSession],
+        watchers: Watchers,
+        executor: Executor,
+        outbox: Outbox,
+    ) -> None:
+        self._simulation, self._sessions, self._watchers = world.simulation, sessions, watchers
+        self._executor, self._metrics, self._outbox = executor, executor.metrics, outbox
+        self._messages = outbox.messages
+        self._reads = Addresses(world).reads()
+
+    def answer(self, client: str, work: Work) -> bool:
+        """Execute and answer a message; return False, and do nothing, if it has to go the normal way."""
+        session = self._sessions.get(client)
+        if (
+            session is None
+            or not isinstance(work, TableWork)
+            or work.size > min(SHORT, self._simulation.limits.message)
+            or self._outbox.is_keeping  # its answer leaves with those before it
+            or session.before_trigger
+            or session.interrupted is not None
+            or session.guard is not None
+            or self._watchers.batch_comes
+            or self._executor.log_of_calls is not None
+        ):
+            return False
+        try:
+            message_id, client_time, calls = work.read()
+        except CodecError:
+            return False
+        if len(calls) != 1:
+            return False
+        call_id, operation, delay_ms, name, arguments = calls[0]
+        read, count = self._reads.get(name, (None, 0))
+        if read is None or operation != _EXECUTE or delay_ms != 0 or len(arguments) != count:
+            return False
+        began = time.perf_counter()
+        result = read(arguments)
+        if result is None:
+            return False
+        session.heard(message_id, client_time)
+        session.called[name] += 1
+        metrics, messages = self._metrics, self._messages
+        metrics.called(client, 1)
+        metrics.executed(name, time.perf_counter() - began)
+        reply = of_fields(Reply, (call_id, STATUS_OK, messages.time_ms(), [result[1]]))
+        session.link.deliver(messages.delivery(session, [reply]))
+        return True
 
 
 def _is_plain(name: Any) -> bool:
