@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import math
 import os
 import socket
 import threading
@@ -121,12 +120,7 @@ class LaneLink(PackingLink):
 
         self._unsent_size = 0
         self._is_behind = False
-        self._answered = -math.inf
-        """When it was answered last."""
-
-        self._calls_at_once = False
-        """Its last call came soon after the answer before, however long that answer took."""
-
+        self._answered = 0.0
         self.is_closed = False
         try:
             self._pass_on(VALUES)
@@ -138,13 +132,10 @@ class LaneLink(PackingLink):
         with self._lock:
             if len(payload) < LARGE or not self._takes_files or not self._send_as_file(payload):
                 self._send(frame(payload))
-        if self._calls_at_once:  # a client in a loop
+        now = time.perf_counter()
+        if now < self._answered + 2 * LOOK:  # a client in a loop calls again at once
             self._service.queue.open_sockets().expect()
-        self._answered = time.perf_counter()
-
-    def has_called(self) -> None:
-        """Note that the client has sent something."""
-        self._calls_at_once = time.perf_counter() < self._answered + 2 * LOOK
+        self._answered = now
 
     def put_values(self, payload: bytes) -> None:
         with self._lock:

@@ -73,8 +73,6 @@ class LanePeers(Listening["LanePeer"]):
             return
         with self._reading:
             peer.receive()
-            if peer.link is not None:
-                peer.link.has_called()
             if peer.is_used and (whole := peer.frames.whole):
                 kind, payload = whole[0]
                 if kind == MESSAGE and self._service.queue.hand_over(peer.client, BatchWork(payload)):
