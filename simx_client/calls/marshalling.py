@@ -94,9 +94,8 @@ class Marshal:
         return self.command.name, self._identifying(arguments)
 
     def prepare(self) -> None:
-        """Prepare what takes long and does not depend on the answer, while it is awaited."""
-        if self.command.gives_image:
-            (DepthBuffer if self._results[1] is DEPTHS else VisionImage).prepare()
+        """Prepare what an image takes long for and does not depend on it, while it is awaited."""
+        (DepthBuffer if self._results[1] is DEPTHS else VisionImage).prepare()
 
     def failure(self, code: int) -> Any:
         """Return the result without data: the code, and defaults."""

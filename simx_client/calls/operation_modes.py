@@ -167,8 +167,8 @@ class Modes:
             reply = reply._replace(values=[_together(older.values[0], reply.values[0])])
         return self._result(marshal, reply)
 
-    @property
     def is_answered(self) -> bool:
+        """Return whether the reply to the blocking call is here."""
         return self._answer is not None
 
     def call(self, marshal: Marshal, arguments: list[Any], mode: int) -> Any:

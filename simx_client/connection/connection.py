@@ -300,10 +300,11 @@ class Connection:
             )
         elif not is_held:
             self._send(calls, deadline)
-            marshal.prepare()
+            if marshal.command.gives_image:
+                marshal.prepare()
             is_soon = marshal.command.answers_soon and pace is not Pace.EVERY
-            self._receive_until(lambda: self._modes.is_answered, deadline, is_soon=is_soon)
-            if marshal.command is _STEPPED_MODE and self._modes.is_answered:
+            self._receive_until(self._modes.is_answered, deadline, is_soon=is_soon)
+            if marshal.command is _STEPPED_MODE and self._modes.is_answered():
                 self._batching.switch(bool(values[0]))
         return self._modes.answer(marshal)
 

@@ -131,7 +131,7 @@ class Lane:
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
         """Send a batch; see `Transport.send`."""
         data = memoryview(frame(payload))
-        if self._writer.is_idle:
+        if not self._writer.unsent:
             data = data[self._send_now(data) :]
             while data and not self.is_broken:
                 left = deadline - time.monotonic()

@@ -21,15 +21,11 @@ class Writer:
         """Make a writer; its thread starts with the first payload."""
         self._put = put
         self._changed = threading.Condition()
-        self._unsent: deque[bytes] = deque()
-        """Payloads to put; the first is being put."""
+        self.unsent: deque[bytes] = deque()
+        """Payloads to put; the first is being put. Only the writer changes them."""
 
         self._is_closed = False
         self._thread: threading.Thread | None = None
-
-    @property
-    def is_idle(self) -> bool:
-        return not self._unsent
 
     def send(self, payload: bytes, deadline: float) -> None:
         """Put a payload after all before it; wait until that is done, or until a deadline on the monotonic
@@ -40,13 +36,13 @@ class Writer:
         with self._changed:
             if self._is_closed:
                 return
-            self._unsent.append(payload)
+            self.unsent.append(payload)
             if self._thread is None:
                 self._thread = threading.Thread(target=self._run, name="simx-writer", daemon=True)
                 self._thread.start()
             self._changed.notify_all()
             left = min(deadline - time.monotonic(), threading.TIMEOUT_MAX)
-            self._changed.wait_for(lambda: not self._unsent or self._is_closed, left)
+            self._changed.wait_for(lambda: not self.unsent or self._is_closed, left)
 
     def close(self) -> None:
         """Drop unsent payloads and stop the thread: it must not return into an interpreter that has ended."""
@@ -59,11 +55,11 @@ class Writer:
     def _run(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._unsent or self._is_closed)
+                self._changed.wait_for(lambda: self.unsent or self._is_closed)
                 if self._is_closed:
                     return
-                payload = self._unsent[0]
+                payload = self.unsent[0]
             self._put(payload)
             with self._changed:
-                self._unsent.popleft()
+                self.unsent.popleft()
                 self._changed.notify_all()

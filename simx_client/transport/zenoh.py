@@ -319,7 +319,7 @@ class ZenohTransport:
             self._alive = True
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
-        if len(payload) <= SMALL and self._writer.is_idle:
+        if len(payload) <= SMALL and not self._writer.unsent:
             self._session.put(self._calls, payload, congestion_control=self._block, attachment=self._secret)
         else:
             self._writer.send(payload, deadline)

@@ -97,7 +97,7 @@ def test_an_answer_to_several_sets_is_none_to_what_lies_among_them(follow):
     follow(sets.modes)
     assert sets.codes_after(Reply(1, 0, 150, [2])) == [0]
     assert list(sets.modes._asked) == [2]
-    assert not sets.modes.is_answered
+    assert not sets.modes.is_answered()
     sets.modes.lose(arms_again=True)
 
 

@@ -32,7 +32,7 @@ from .peers import LanePeer, LanePeers
 
 if TYPE_CHECKING:
     from simx_server.gateways.gateway import Opening
-    from simx_server.service.answers.link import Link, PackingLink
+    from simx_server.service.answers.link import Link
     from simx_server.service.service import Service
 
 logger = logging.getLogger(__name__)
@@ -79,7 +79,7 @@ class LaneGateway(LanePeers, Offers):
 
     # --- greetings: Offers -------------------------------------------------------------------------
 
-    def invite(self, client: str, link: PackingLink) -> Link:
+    def invite(self, client: str, link: Link) -> Link:
         """Make an offer for a client that joins; return its link, which goes over to the lane with its first batch."""
         token = new_token()
         guest = EitherLink(client, token, link, partial(self._guests.pop, token, None))

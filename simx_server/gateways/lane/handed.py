@@ -24,7 +24,7 @@ from simx_client.protocol.messages import (
 )
 from simx_server import __version__
 from simx_server.limits import LimitReached
-from simx_server.service.answers.link import PackingLink
+from simx_server.service.answers.link import Link
 
 from .link import EitherLink, LaneLink
 from .peers import LanePeer, LanePeers
@@ -128,7 +128,7 @@ class HandedLanes(LanePeers):
             return
         self._greeted += 1
         client = f"{self._name}-{self._greeted}"
-        guest = EitherLink(client, "", _Nowhere(), bool)
+        guest = EitherLink(client, "", Link(), bool)  # replies follow calls, which come by the lane
         try:
             session = self._service.clients.join(client, greeting.name, greeting.port, guest)
         except LimitReached as problem:
@@ -154,16 +154,3 @@ class HandedLanes(LanePeers):
             peer.problem = "it does not read"
         if refusal:
             peer.problem = refusal
-
-
-class _Nowhere(PackingLink):
-    """The link of a client before its first call, and of what finds no memory."""
-
-    def put_replies(self, payload: bytes) -> None:
-        """Drop it: replies follow calls, and with the first call the client uses its connection."""
-
-    def put_values(self, payload: bytes) -> None:
-        """Drop it: newer values follow."""
-
-    def put_image(self, stream_id: int, payload: bytes) -> None:
-        """Drop it: newer images follow."""

@@ -16,6 +16,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.codec import encode
 from simx_client.protocol.lane.frames import (
     file_frame,
     frame,
@@ -24,11 +25,13 @@ from simx_client.protocol.lane.frames import (
     send_with_file,
 )
 from simx_client.protocol.lane.memory import MemoryWriter
+from simx_client.protocol.messages import Delivery
 from simx_server.gateways.zenoh.posting import MUCH_UNSENT
-from simx_server.service.answers.link import Link, PackingLink
+from simx_server.service.answers.link import Link
 from simx_server.service.queue.sockets import LOOK
 
 if TYPE_CHECKING:
+    from simx_server.service.answers.streams import NewestValues
     from simx_server.service.service import Service
 
 logger = logging.getLogger(__name__)
@@ -54,7 +57,7 @@ class EitherLink(Link):
     The function of a link that a call uses is the chosen link's own: a choice at each message would cost more.
     """
 
-    def __init__(self, client: str, token: str, first: PackingLink, closed: Callable[[], object]) -> None:
+    def __init__(self, client: str, token: str, first: Link, closed: Callable[[], object]) -> None:
         """Use the first one.
 
         Args:
@@ -83,7 +86,7 @@ class EitherLink(Link):
         self.first.close()
 
 
-class LaneLink(PackingLink):
+class LaneLink(Link):
     """A connection to one client by the lane. Any thread, except `close`."""
 
     def __init__(
@@ -91,7 +94,7 @@ class LaneLink(PackingLink):
         service: Service,
         client: str,
         connected: socket.socket,
-        first: PackingLink,
+        first: Link,
         closed: Callable[[], object],
         *,
         takes_files: bool,
@@ -128,7 +131,8 @@ class LaneLink(PackingLink):
             self._memories[VALUES].close()
             raise
 
-    def put_replies(self, payload: bytes) -> None:
+    def deliver(self, delivery: Delivery) -> None:
+        payload = encode(delivery)
         with self._lock:
             if len(payload) < LARGE or not self._takes_files or not self._send_as_file(payload):
                 self._send(frame(payload))
@@ -137,20 +141,22 @@ class LaneLink(PackingLink):
             self._service.queue.open_sockets().expect()
         self._answered = now
 
-    def put_values(self, payload: bytes) -> None:
+    def publish(self, values: NewestValues) -> None:
+        payload = values.packed()
         with self._lock:
-            if self.is_closed:
+            if self.is_closed or not payload:
                 return
             if len(payload) > self._memories[VALUES].room:
                 try:
                     self._renew(VALUES, len(payload))
                 except OSError as problem:
                     logger.debug("values for client %s travel over Zenoh: %s", self._client, problem)
-                    self._first.put_values(payload)
+                    self._first.publish(values)
                     return
             self._memories[VALUES].write(payload)
 
-    def put_image(self, stream_id: int, payload: bytes) -> None:
+    def publish_image(self, stream_id: int, delivery: Delivery, *, in_order: bool) -> None:
+        payload = encode(delivery)
         with self._lock:
             if self.is_closed:
                 return
@@ -163,7 +169,7 @@ class LaneLink(PackingLink):
                     return
             except OSError as problem:
                 logger.debug("an image for client %s travels over Zenoh: %s", self._client, problem)
-        self._first.put_image(stream_id, payload)
+        self._first.publish_image(stream_id, delivery, in_order=False)  # no replies are read from there
 
     def close(self) -> None:
         """Close the socket, also for a thread that sends. Idempotent. Physics thread."""
