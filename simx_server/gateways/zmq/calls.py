@@ -17,7 +17,7 @@ from simx_server.sim_api.namespaces import signatures
 from simx_server.simulation.simulation import SimulationState
 
 from . import permissions
-from .forms import adjusted
+from .forms import FORMS
 from .functions import Function as Described
 from .functions import described
 from .listing import namespace
@@ -51,10 +51,11 @@ def invoke(client: Client, full_name: str, arguments: list[Any]) -> tuple[Any, .
         return own(client, arguments)
     if not function.is_known:
         raise _no_such_function(full_name, function)
-    if function.space == "sim":
+    if function.is_restricted:
         permissions.check(client.world, function, arguments)
-    outcome = client.namespaces.invoke(function.full_name, arguments)
-    return adjusted(function.full_name, arguments, outcome) if isinstance(outcome, tuple) else outcome
+    outcome = client.namespaces.function(function.full_name)(arguments)
+    form = FORMS.get(function.full_name)
+    return outcome if form is None or not isinstance(outcome, tuple) else form(arguments, outcome)
 
 
 class NoSuchFunction(CommandError):

@@ -10,6 +10,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR
@@ -148,7 +149,8 @@ class Connection:
         elif self._call is not None and self._call.is_waiting:
             self._refuse(request.function, CommandError(f"{self._call.name} is not answered yet"))
         else:
-            self._clients.note(self, payload)
+            if self._clients.service.watchers.batch_comes:
+                self._clients.note(self, payload)
             self._execute(request)
 
     def _execute(self, request: Request) -> None:
@@ -161,7 +163,7 @@ class Connection:
             [_as_text(each) for each in request.arguments] if self._executor.log_of_calls else (),
             only_reads=name in _STEPS or function.only_reads,
         )
-        self._run(lambda: call.run(lambda: self._invoke(request)))
+        self._run(partial(call.run, partial(self._invoke, request)))
 
     def go_on(self) -> None:
         """Continue a call that waits, because a simulation step was made or none will come for a while."""
@@ -209,7 +211,8 @@ class Connection:
             return piece()
         finally:
             client.acting = outer
-            self._clients.has_held_others(client, self._held_others)
+            if self._held_others:
+                self._clients.has_held_others(client, self._held_others)
 
     # --- answers ---------------------------------------------------------------------------------
 

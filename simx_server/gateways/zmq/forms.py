@@ -13,12 +13,6 @@ PROGRAM_VERSION = 41000
 Results = tuple[Any, ...]
 
 
-def adjusted(function: str, arguments: list[Any], results: Results) -> Results:
-    """Return the results of a function as a client expects them."""
-    form = _FORMS.get(function)
-    return results if form is None else form(arguments, results)
-
-
 def _number(arguments: list[Any], results: Results) -> Results:
     is_version = arguments[:1] == [c.sim_intparam_program_version]
     return (PROGRAM_VERSION,) if is_version else results
@@ -29,8 +23,9 @@ def _text(_arguments: list[Any], results: Results) -> Results:
     return results or (b"",)
 
 
-_FORMS: Mapping[str, Callable[[list[Any], Results], Results]] = {
+FORMS: Mapping[str, Callable[[list[Any], Results], Results]] = {
     "sim.getInt32Param": _number,
     "sim.getInt32Parameter": _number,
     "sim.readCustomDataBlock": _text,
 }
+"""Functions that return, for the arguments of a call and its results, what a client expects; by the function called."""

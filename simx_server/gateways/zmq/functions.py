@@ -46,10 +46,11 @@ class Function(NamedTuple):
     effect: Effect | None
     """Its effect; None: no function has this name."""
 
-    @property
-    def only_reads(self) -> bool:
-        """Return whether a viewer may call it: one of ``sim`` or of this protocol, which others do not notice."""
-        return self.effect == "reads" and self.space in _READABLE
+    only_reads: bool
+    """A viewer may call it: one of ``sim`` or of this protocol, which others do not notice."""
+
+    is_restricted: bool
+    """It is one of those that `permissions.check` may refuse."""
 
 
 @lru_cache(MOST_REMEMBERED)
@@ -57,6 +58,7 @@ def described(full_name: str) -> Function:
     """Return the meaning of a name."""
     space, name = split_name(full_name)
     is_known = space in api.NAMESPACES and name in signatures(space)
+    effect = effects(space)[name] if is_known else _effect_of_own(space, full_name)
     return Function(
         space,
         name,
@@ -64,7 +66,9 @@ def described(full_name: str) -> Function:
         is_known,
         is_known and not GIVES_TEXT.search(full_name) and _is_typed(getattr(api.NAMESPACES[space], name)),
         bool(GIVES_BYTES.search(full_name)),
-        effects(space)[name] if is_known else _effect_of_own(space, full_name),
+        effect,
+        effect == "reads" and space in _READABLE,
+        space == "sim" and (effect in ("runs code", "needs a script") or name == "callScriptFunction"),
     )
 
 

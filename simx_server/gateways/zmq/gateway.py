@@ -355,13 +355,15 @@ class ZmqGateway(Listening[SocketPeer]):
         if refusal := self._clients.welcome(peer, payload, self.port):
             self.answer(peer, self._refusal(payload, refusal))
             return
-        is_large = len(payload) > _LARGE
-        if is_large and (reached := self._service.queue.limit_reached(peer.key, len(payload))):
+        work, queue = self._clients.work(peer.number, payload), self._service.queue
+        if queue.hand_over(peer.key, work):
+            return
+        if work.size > _LARGE and (reached := queue.limit_reached(peer.key, work.size)):
             limits = self._service.simulation.limits
             text = str(limits.reached(reached, "wait for answers now and then"))
             self.answer(peer, self._refusal(payload, {"err": text}))
         else:
-            self._service.queue.submit(peer.key, self._clients.work(peer.number, payload))
+            queue.submit(peer.key, work)
 
     def _refusal(self, payload: bytes, text: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the answer that refuses a message."""

@@ -10,7 +10,7 @@ from collections import deque
 
 from simx_server.service.clients.admission.unfinished import Unfinished
 
-from ..listening import part
+from ..listening import READ, part
 from .wire.zmtp import GREETING, PING, BadPeer, Incoming, framed, framed_alone
 
 NUMBER_BYTES = 8
@@ -134,14 +134,15 @@ class SocketPeer(Peer):
         """
         incoming = self._incoming
         try:
-            data = self.socket.recv(part(incoming.missing))
+            data = self.socket.recv(part(incoming.missing) if incoming.missing else READ)
         except BlockingIOError:
             return []
         if not data:
             raise ConnectionResetError
         self.silent_looks = 0
         messages = incoming.take(data)
-        self._unfinished.hold(incoming.held, is_new=bool(messages))
+        if (held := incoming.held) or self._unfinished.size:
+            self._unfinished.hold(held, is_new=bool(messages))
         if self.problem:
             raise BadPeer(self.problem)
         if incoming.due:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 from simx_server.scripting.conversion.strings import NUMBERS, with_texts
@@ -22,6 +22,8 @@ NIL = b"_*NIL*_"
 
 def with_functions(values: list[Any], function: Callable[[str], Function]) -> list[Any]:
     """Return arguments with functions in place of the texts that stand for them, there and in lists and maps."""
+    if NUMBERS.issuperset(map(type, values)):
+        return values
     return [
         value if type(value) in NUMBERS else _with_functions(value, function, depth=2) for value in values
     ]
@@ -42,10 +44,12 @@ def _with_functions(value: Any, function: Callable[[str], Function], depth: int)
     return cast(Any, value)
 
 
-def to_client(function: str, results: Iterable[Any]) -> list[Any]:
+def to_client(function: str, results: Sequence[Any]) -> list[Any]:
     """Return the results of a function as they travel: text as text, where the function does not declare bytes."""
     declared = described(function)
     if declared.is_typed:
+        if NUMBERS.issuperset(map(type, results)):
+            return list(results)
         return [value if type(value) in NUMBERS else _valid(value) for value in results]
     return [with_texts(value, as_bytes=declared.gives_bytes) for value in results]
 

@@ -25,7 +25,7 @@ _LONG = frozenset(("visitTree", "wait", "waitForSignal", "checkVisionSensor"))
 """Functions that only read, but run code or wait."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, init=False)
 class MessageWork:
     """One message of a connection."""
 
@@ -33,12 +33,12 @@ class MessageWork:
     """The connection's."""
 
     payload: bytes
+    size: int
     serve: Callable[[str, int, bytes], object]
     """Executes the message: the client, the connection, the payload."""
 
-    @property
-    def size(self) -> int:
-        return len(self.payload)
+    def __init__(self, number: int, payload: bytes, serve: Callable[[str, int, bytes], object]) -> None:
+        self.number, self.payload, self.size, self.serve = number, payload, len(payload), serve
 
     def waits_for_scripts(self) -> bool:
         function = self._function()

@@ -161,7 +161,7 @@ class ModelConnection(Connection):
         noted = [travelling(each) for each in message.arguments] if self._executor.log_of_calls else ()
         counted = name if message.target is not None and is_known(name) else UNKNOWN
         call.begin(counted, name, noted, only_reads=name in _READ_QUICKLY)
-        self._run(lambda: call.run(lambda: self._do(message)))
+        self._run(partial(call.run, partial(self._do, message)))
 
     def _do(self, message: Message) -> tuple[Any, ...] | Waiting:
         """Do what a call says. Raises CommandError."""

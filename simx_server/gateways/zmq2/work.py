@@ -26,7 +26,7 @@ def _effect_of(name: str) -> Effect | None:
     return next((each.effect for each in found if each is not None), None)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, init=False)
 class ModelWork(MessageWork):
     """One message of a connection."""
 

@@ -50,7 +50,8 @@ class LastingCall:
         """
         self._executor.metrics.called(self._session.client, 1)
         self._session.called[counted] += 1
-        self._noted = self._executor.note(self._session, noted, arguments, None, only_reads=only_reads)
+        if self._executor.log_of_calls is not None:
+            self._noted = self._executor.note(self._session, noted, arguments, None, only_reads=only_reads)
 
     @property
     def is_waiting(self) -> bool:
