@@ -13,7 +13,7 @@ from .answers.outbox import Outbox
 from .answers.publishing import Publisher
 from .answers.replies import Messages
 from .arrivals import Arrivals
-from .calls.addresses import ReadsAtOnce
+from .calls.addresses import Addresses, ReadsAtOnce
 from .calls.batches import Batches
 from .calls.busy import BusyDesk
 from .calls.dispatch import Dispatch
@@ -70,6 +70,8 @@ class Service:
     outbox: Outbox
     serving: Serving
     batches: Batches
+    addresses: Addresses
+    reads: ReadsAtOnce
     busy: BusyDesk
     ending: Ending
     due: Due
@@ -124,7 +126,8 @@ def build_service(
     due = Due(world, sessions, pacer, returning, watchers)
     batches = Batches(simulation, sessions, queue, serving, due, watchers, executor, publisher, outbox)
     busy = BusyDesk(queue, sessions, messages, executor, watchers)
-    reads = ReadsAtOnce(world, sessions, watchers, executor, outbox)
+    addresses = Addresses(world)
+    reads = ReadsAtOnce(addresses, simulation, sessions, watchers, executor, outbox)
     handling = Handling(simulation, queue, reads, batches, outbox, busy, serving)
     meanwhile = Meanwhile(simulation, queue, clients, executor, outbox, serving, handling, ending)
     watchers.add(metrics, Memory(queue), ending, clients, batches.waiting, unfinished, returning)
@@ -145,6 +148,8 @@ def build_service(
         outbox=outbox,
         serving=serving,
         batches=batches,
+        addresses=addresses,
+        reads=reads,
         busy=busy,
         ending=ending,
         due=due,

@@ -27,7 +27,7 @@ from simx_server.service.answers.link import PackingLink
 from simx_server.service.answers.positions import JOINT_POSITION
 from simx_server.service.answers.replies import Instant
 from simx_server.service.answers.streams import NewestValues
-from simx_server.service.calls.addresses import Addresses, Shortcut
+from simx_server.service.calls.addresses import Shortcut
 from simx_server.service.calls.direct import DirectCall
 from simx_server.service.calls.work import BatchWork
 from simx_server.service.clients.rights import may
@@ -78,7 +78,6 @@ class EmbeddedTransport(PackingLink):
         self._prepared: dict[str, tuple[DirectCall, Shortcut | None]] = {}
         """By function: what executes it, and its shortcut, if it has one that this client may take."""
 
-        self._addresses = Addresses(self._service.world)
         self._version = -1
         self.replied_at_ms = 0
 
@@ -365,7 +364,7 @@ class EmbeddedTransport(PackingLink):
 
     def _prepare(self, session: ClientSession, command: Command) -> tuple[DirectCall, Shortcut | None]:
         direct = DirectCall(self._service.executor, session, command)
-        shortcut = self._addresses.shortcut(command.name) if may(session, command) else None
+        shortcut = self._service.addresses.shortcut(command.name) if may(session, command) else None
         found = direct, None if shortcut is None else self._counted(direct, shortcut)
         self._prepared[command.name] = found
         return found

@@ -2,7 +2,7 @@
 
 A value is read or set here only if its place alone decides it. The other cases, and all refusals, are left to the
 handlers: here their result is None. Clients in this process call by addresses, and messages with one read are answered
-by them.
+by them. A service has one table of addresses for all of them.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Addresses:
         """`Simulation.model_version` of the places: it changes with the model, with its objects and with a stop."""
 
         self._bodies: dict[int, int] = {}
-        self._xpos = memoryview(array("d"))
+        self._xpos: memoryview[float] = memoryview(array("d"))
         self._number, self._vector = array("f", [0.0]), array("f", [0.0, 0.0, 0.0])
         """Make numbers of single precision in a third of the time of ``struct``."""
 
@@ -57,6 +57,11 @@ class Addresses:
             "simxGetFloatSignal": self._float_signal,
             "simxGetStringSignal": self._string_signal,
         }
+        self.exact: Mapping[str, Callable[[Sequence[Any]], Any]] = {
+            "sim.getJointPosition": self._exact_joint_position,
+            "sim.getObjectPosition": self._exact_object_position,
+        }
+        """Functions of ``sim`` that only read: each returns its result, of double precision, or None as a shortcut."""
 
     def shortcut(self, function: str) -> Shortcut | None:
         """Return how a legacy function reads or sets its value at its address; None if it has none."""
@@ -89,8 +94,28 @@ class Addresses:
         number[0] = value
         return 0 if self._simulation.joints.aim(handle, number[0]) else None
 
+    def _exact_joint_position(self, arguments: Sequence[Any]) -> float | None:
+        if len(arguments) != 1 or arguments[0].__class__ is not int:
+            return None
+        try:
+            return self._simulation.joints.position(arguments[0])
+        except Exception:
+            return None  # as above
+
     def _object_position(self, arguments: Sequence[Any]) -> tuple[int, list[float]] | None:
-        handle, relative_to = arguments
+        index = self._place_of_body(*arguments)
+        if index is None:
+            return None
+        vector, positions = self._vector, self._xpos
+        vector[0], vector[1], vector[2] = positions[index], positions[index + 1], positions[index + 2]
+        return 0, vector.tolist()
+
+    def _exact_object_position(self, arguments: Sequence[Any]) -> list[float] | None:
+        index = self._place_of_body(*arguments) if len(arguments) == 2 else None
+        return None if index is None else list(self._xpos[index : index + 3])
+
+    def _place_of_body(self, handle: Any, relative_to: Any) -> int | None:
+        """Return where the position of an object is, which is up to date then; None: its place alone does not tell."""
         if self._version != self._simulation.model_version:
             self._renew()
         if relative_to.__class__ is not int or relative_to != _WORLD or handle.__class__ is not int:
@@ -102,9 +127,7 @@ class Addresses:
             self._simulation.refresh()
         except Exception:
             return None  # the call in the normal way fails too, and is answered with the reason
-        vector, positions = self._vector, self._xpos
-        vector[0], vector[1], vector[2] = positions[index], positions[index + 1], positions[index + 2]
-        return 0, vector.tolist()
+        return index
 
     def _integer_signal(self, arguments: Sequence[Any]) -> tuple[int, int] | None:
         value = self._signals.integers.get(arguments[0]) if _is_plain(arguments[0]) else None
@@ -135,21 +158,23 @@ class Addresses:
 class ReadsAtOnce:
     """Answers messages that read one value at its address: without a batch, and without the handler.
 
-    Results, headers and counts are those of the normal way, see `Batches`. Physics thread.
+    Results, headers and counts are those of the normal way, see `Batches`. A history needs the normal way. Physics
+    thread.
     """
 
     def __init__(
         self,
-        world: World,
+        addresses: Addresses,
+        simulation: Simulation,
         sessions: Mapping[str, ClientSession],
         watchers: Watchers,
         executor: Executor,
         outbox: Outbox,
     ) -> None:
-        self._simulation, self._sessions, self._watchers = world.simulation, sessions, watchers
+        self._simulation, self._sessions, self._watchers = simulation, sessions, watchers
         self._executor, self._metrics, self._outbox = executor, executor.metrics, outbox
         self._messages = outbox.messages
-        self._reads = Addresses(world).reads()
+        self._reads, self._exact = addresses.reads(), addresses.exact
 
     def answer(self, client: str, work: Work) -> bool:
         """Execute and answer a message; return False, and do nothing, if it has to go the normal way."""
@@ -176,18 +201,31 @@ class ReadsAtOnce:
         read, count = self._reads.get(name, (None, 0))
         if read is None or operation != _EXECUTE or delay_ms != 0 or len(arguments) != count:
             return False
-        began = time.perf_counter()
-        result = read(arguments)
+        result = self._counted(session, name, read, arguments)
         if result is None:
             return False
         session.heard(message_id, client_time)
-        session.called[name] += 1
-        metrics, messages = self._metrics, self._messages
-        metrics.called(client, 1)
-        metrics.executed(name, time.perf_counter() - began)
+        messages = self._messages
         reply = of_fields(Reply, (call_id, STATUS_OK, messages.time_ms(), [result[1]]))
         session.link.deliver(messages.delivery(session, [reply]))
         return True
+
+    def exact(self, session: ClientSession, function: str, arguments: Sequence[Any]) -> Any:
+        """Return the result of a function of ``sim``, and count the call; None, if it has to go the normal way."""
+        read = self._exact.get(function)
+        if read is None or self._executor.log_of_calls is not None:
+            return None
+        return self._counted(session, function, read, arguments)
+
+    def _counted(self, session: ClientSession, name: str, read: Shortcut, arguments: Sequence[Any]) -> Any:
+        """Return what is read, and count the call, if it is not None."""
+        began = time.perf_counter()
+        result = read(arguments)
+        if result is not None:
+            self._metrics.called(session.client, 1)
+            self._metrics.executed(name, time.perf_counter() - began)
+            session.called[name] += 1
+        return result
 
 
 def _is_plain(name: Any) -> bool:
