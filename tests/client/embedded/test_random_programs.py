@@ -142,7 +142,7 @@ def transport_of(client: Client) -> EmbeddedTransport:
 def without_short_ways(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     """Have each call executed by its handler, and each value of a stream computed after its step."""
     monkeypatch.setattr(transport_of(client), "copies_positions", False)
-    monkeypatch.setattr(transport_of(client)._addresses, "shortcut", lambda _: None)
+    monkeypatch.setattr(transport_of(client)._service.addresses, "shortcut", lambda _: None)
     monkeypatch.setattr(transport_of(client), "stream_way", lambda *_: None)
 
 

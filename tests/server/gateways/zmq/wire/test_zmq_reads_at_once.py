@@ -57,7 +57,7 @@ def test_results_errors_and_counts_are_those_of_the_normal_way(
     calls = [(name, [first]) for name in NAMES for first in handles]
     calls += [(name, [first, second]) for name in NAMES for first, second in product(handles, handles)]
     calls += [(name, rest) for name in NAMES for rest in ([], [1, -1, 0], [2, -1, None])]
-    answered = dict.fromkeys(NAMES, 0)
+    answered: dict[str, int] = dict.fromkeys(NAMES, 0)
     for name, arguments in [*calls, *calls]:  # the first reading of some finds their place
         before = counts(server, name)
         at_once.append(None)
