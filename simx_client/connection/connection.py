@@ -25,6 +25,7 @@ from simx_client.protocol.messages import (
     Pace,
     Reply,
     Welcome,
+    of_fields,
 )
 from simx_client.transport.transport import Transport
 
@@ -380,7 +381,7 @@ class Connection:
     def _send(self, calls: list[Call], deadline: float | None = None) -> None:
         """Send a message; wait for a slow server or network at most for the time-out."""
         assert self._transport is not None
-        payload = encode(Batch(self.message_id, client_time(), calls))
+        payload = encode(of_fields(Batch, (self.message_id, client_time(), calls)))
         if len(payload) > MAX_BATCH:  # the server would close the connection
             text = f"a message of {len(payload)} bytes was not sent: at most {MAX_BATCH} are; send less at a time"
             self._take([Reply(call.call_id, STATUS_REMOTE_ERROR, 0, [text]) for call in calls])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any, cast
 
 import msgpack
@@ -158,10 +159,10 @@ def _unpack(payload: bytes, most: int = MOST_VALUES) -> list[Any]:
         raise CodecError(f"message of {len(payload)} bytes; at most {MAX_MESSAGE} are read")
     try:
         if len(payload) <= _SMALL:
-            value = _read(payload, _PLAIN)
+            value = _read(payload)
         else:
             with no_collections():
-                value = _read(payload, _PLAIN | _bounded(most))
+                value = _read(payload, **_bounded(most))
     except Exception as error:  # msgpack raises many types, all with the same meaning here
         raise CodecError(f"not a message: {error}") from None
     if not isinstance(value, list):
@@ -169,18 +170,18 @@ def _unpack(payload: bytes, most: int = MOST_VALUES) -> list[Any]:
     return cast(list[Any], value)
 
 
-def _read(payload: bytes, options: dict[str, Any]) -> Any:
-    return msgpack.unpackb(
-        payload, unicode_errors="surrogateescape", strict_map_key=True, **cast(Any, options)
-    )
-
-
 def _refuse_extension(_code: int, _data: bytes) -> Any:
     raise CodecError("extension types of msgpack have no meaning here")
 
 
-_PLAIN: dict[str, Any] = {"ext_hook": _refuse_extension, "timestamp": 1}
-"""Options of msgpack for what no message contains. Times are numbers: an object for each takes long."""
+_read: Callable[..., Any] = partial(
+    cast(Any, msgpack.unpackb),
+    unicode_errors="surrogateescape",
+    strict_map_key=True,
+    ext_hook=_refuse_extension,
+    timestamp=1,  # times are numbers: an object for each takes long
+)
+"""Unpacks bytes."""
 
 
 def _bounded(most: int) -> dict[str, Any]:

@@ -184,7 +184,8 @@ class _Epoll:
         if 0.0 < seconds < SHORT and self._can_select:
             select.select([self._epoll], (), (), seconds)
             seconds = 0.0
-        return [self._ready[number] for number, _ in self._epoll.poll(seconds)]
+        found = self._epoll.poll(seconds)
+        return [self._ready[number] for number, _ in found] if found else []
 
     def close(self) -> None:
         self._epoll.close()
