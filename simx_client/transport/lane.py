@@ -168,10 +168,12 @@ class Lane:
             if not self._has_more():
                 return None
             self._take_in()
-        elif not (is_soon and self._busy_wait.poll(self._taken_in_soon)):
+        elif not (is_soon and self._busy_wait.poll(self._taken_in_soon)) and not self._taken_in_soon():
             deadline = time.monotonic() + timeout
-            while not self._taken_in() and (left := deadline - time.monotonic()) > 0:
+            while (left := deadline - time.monotonic()) > 0:
                 self._readable.poll(_milliseconds(left))
+                if self._taken_in():
+                    break
         return deliveries.popleft() if deliveries else None
 
     def _has_more(self) -> bool:
