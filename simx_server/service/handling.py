@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from simx_server.simulation.simulation import Simulation
 
     from .answers.outbox import Outbox
-    from .calls.addresses import ReadsAtOnce
+    from .calls.addresses import CallsAtOnce
     from .calls.batches import Batches
     from .calls.busy import BusyDesk
     from .calls.serving import Serving
@@ -29,13 +29,13 @@ class Handling:
         self,
         simulation: Simulation,
         queue: Inbox,
-        reads: ReadsAtOnce,
+        at_once: CallsAtOnce,
         batches: Batches,
         outbox: Outbox,
         busy: BusyDesk,
         serving: Serving,
     ) -> None:
-        self._simulation, self._queue, self._reads, self._batches = simulation, queue, reads, batches
+        self._simulation, self._queue, self._at_once, self._batches = simulation, queue, at_once, batches
         self._outbox, self._busy, self._serving = outbox, busy, serving
         self._has_handled = False
 
@@ -44,7 +44,7 @@ class Handling:
         self._has_handled = True
         began = time.perf_counter()
         try:
-            if not (isinstance(event, Arrival) and self._reads.answer(event.client, event.work)):
+            if not (isinstance(event, Arrival) and self._at_once.answer(event.client, event.work)):
                 self._execute(event)
         except Exception:
             logger.exception("a request could not be dealt with; the server goes on")

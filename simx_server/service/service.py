@@ -13,7 +13,7 @@ from .answers.outbox import Outbox
 from .answers.publishing import Publisher
 from .answers.replies import Messages
 from .arrivals import Arrivals
-from .calls.addresses import Addresses, ReadsAtOnce
+from .calls.addresses import Addresses, CallsAtOnce
 from .calls.batches import Batches
 from .calls.busy import BusyDesk
 from .calls.dispatch import Dispatch
@@ -71,7 +71,7 @@ class Service:
     serving: Serving
     batches: Batches
     addresses: Addresses
-    reads: ReadsAtOnce
+    at_once: CallsAtOnce
     busy: BusyDesk
     ending: Ending
     due: Due
@@ -127,8 +127,8 @@ def build_service(
     batches = Batches(simulation, sessions, queue, serving, due, watchers, executor, publisher, outbox)
     busy = BusyDesk(queue, sessions, messages, executor, watchers)
     addresses = Addresses(world)
-    reads = ReadsAtOnce(addresses, simulation, sessions, watchers, executor, outbox)
-    handling = Handling(simulation, queue, reads, batches, outbox, busy, serving)
+    at_once = CallsAtOnce(addresses, simulation, sessions, watchers, executor, outbox)
+    handling = Handling(simulation, queue, at_once, batches, outbox, busy, serving)
     meanwhile = Meanwhile(simulation, queue, clients, executor, outbox, serving, handling, ending)
     watchers.add(metrics, Memory(queue), ending, clients, batches.waiting, unfinished, returning)
     simulation.interruptions.serve(meanwhile.serve_others, meanwhile.is_end_wanted)
@@ -149,7 +149,7 @@ def build_service(
         serving=serving,
         batches=batches,
         addresses=addresses,
-        reads=reads,
+        at_once=at_once,
         busy=busy,
         ending=ending,
         due=due,

@@ -155,7 +155,7 @@ class Connection:
 
     def _execute(self, request: Request) -> None:
         session = self.client.session
-        value = self._clients.service.reads.exact(session, request.function, request.arguments)
+        value = self._clients.service.at_once.result(session, request.function, request.arguments)
         if value is not None:
             self._send({"ret": [value]})
             return

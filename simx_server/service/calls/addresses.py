@@ -1,7 +1,7 @@
 """Where the values are that programs read and set most, found once: without the way through a handler.
 
 A value is read or set here only if its place alone decides it. The other cases, and all refusals, are left to the
-handlers: here their result is None. Clients in this process call by addresses, and messages with one read are answered
+handlers: here their result is None. Clients in this process call by addresses, and messages with one call are answered
 by them. A service has one table of addresses for all of them.
 """
 
@@ -10,10 +10,10 @@ from __future__ import annotations
 import time
 from array import array
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from simx_client.protocol.codec import CodecError
-from simx_client.protocol.commands import BY_NAME
 from simx_client.protocol.messages import STATUS_OK, Operation, Reply, of_fields
 from simx_client.protocol.precision import as_single
 
@@ -33,6 +33,18 @@ Shortcut = Callable[[Sequence[Any]], Any]
 
 _WORLD = -1
 _EXECUTE = int(Operation.EXECUTE)
+
+
+class Exact(NamedTuple):
+    """How a call that comes as a message reads or sets a value at its address."""
+
+    run: Callable[..., Any]
+    """Takes the arguments of the message; returns the result, as exact as the handler's. None: make a normal call."""
+
+    takes: int
+    """Number of arguments."""
+
+    only_reads: bool = True
 
 
 class Addresses:
@@ -57,23 +69,26 @@ class Addresses:
             "simxGetFloatSignal": self._float_signal,
             "simxGetStringSignal": self._string_signal,
         }
-        self.exact: Mapping[str, Callable[[Sequence[Any]], Any]] = {
-            "sim.getJointPosition": self._exact_joint_position,
-            "sim.getObjectPosition": self._exact_object_position,
+        self.of_table: Mapping[str, Exact] = {
+            "simxGetJointPosition": Exact(self._exact_joint_position, 1),
+            "simxSetJointTargetPosition": Exact(self._aim_by_message, 2, only_reads=False),
+            "simxGetObjectPosition": Exact(self._exact_object_position, 2),
+            "simxGetIntegerSignal": Exact(partial(self._signal, "integers"), 1),
+            "simxGetFloatSignal": Exact(partial(self._signal, "floats"), 1),
+            "simxGetStringSignal": Exact(partial(self._signal, "strings"), 1),
         }
-        """Functions of ``sim`` that only read: each returns its result, of double precision, or None as a shortcut."""
+        """How calls of the table that come as messages read and set, by name."""
+
+        self.of_sim: Mapping[str, Exact] = {
+            "sim.getJointPosition": Exact(self._exact_joint_position, 1),
+            "sim.setJointTargetPosition": Exact(self._aim, 2, only_reads=False),
+            "sim.getObjectPosition": Exact(self._exact_object_position, 2),
+        }
+        """The same of functions of ``sim``."""
 
     def shortcut(self, function: str) -> Shortcut | None:
         """Return how a legacy function reads or sets its value at its address; None if it has none."""
         return self._shortcuts.get(function)
-
-    def reads(self) -> dict[str, tuple[Shortcut, int]]:
-        """Return the functions that only read: each with its number of arguments."""
-        return {
-            name: (shortcut, len(BY_NAME[name].arguments))
-            for name, shortcut in self._shortcuts.items()
-            if BY_NAME[name].only_reads
-        }
 
     def _joint_position(self, arguments: Sequence[Any]) -> tuple[int, float] | None:
         (handle,) = arguments
@@ -94,13 +109,26 @@ class Addresses:
         number[0] = value
         return 0 if self._simulation.joints.aim(handle, number[0]) else None
 
-    def _exact_joint_position(self, arguments: Sequence[Any]) -> float | None:
-        if len(arguments) != 1 or arguments[0].__class__ is not int:
+    def _exact_joint_position(self, handle: Any) -> float | None:
+        if handle.__class__ is not int:
             return None
         try:
-            return self._simulation.joints.position(arguments[0])
+            return self._simulation.joints.position(handle)
         except Exception:
             return None  # as above
+
+    def _aim(self, handle: Any, value: Any) -> int | None:
+        """Set a target; return 1, the result of the function of ``sim``."""
+        if handle.__class__ is not int or value.__class__ is not float:
+            return None
+        return 1 if self._simulation.joints.aim(handle, value) else None
+
+    def _aim_by_message(self, handle: Any, value: Any) -> int | None:
+        """Set a target of single precision, as clients send it: numbers beyond its range are refused."""
+        if value.__class__ is not float:
+            return None
+        self._number[0] = value
+        return self._aim(handle, value) if self._number[0] == value else None
 
     def _object_position(self, arguments: Sequence[Any]) -> tuple[int, list[float]] | None:
         index = self._place_of_body(*arguments)
@@ -110,8 +138,8 @@ class Addresses:
         vector[0], vector[1], vector[2] = positions[index], positions[index + 1], positions[index + 2]
         return 0, vector.tolist()
 
-    def _exact_object_position(self, arguments: Sequence[Any]) -> list[float] | None:
-        index = self._place_of_body(*arguments) if len(arguments) == 2 else None
+    def _exact_object_position(self, handle: Any, relative_to: Any) -> list[float] | None:
+        index = self._place_of_body(handle, relative_to)
         return None if index is None else list(self._xpos[index : index + 3])
 
     def _place_of_body(self, handle: Any, relative_to: Any) -> int | None:
@@ -141,6 +169,11 @@ class Addresses:
         value = self._signals.strings.get(arguments[0]) if _is_plain(arguments[0]) else None
         return None if value is None else (0, bytearray(value))
 
+    def _signal(self, kind: str, name: Any) -> Any:
+        """Return the value of a signal; None if there is none of this name."""
+        signals: dict[str, Any] = getattr(self._signals, kind)  # other ones after a step back
+        return signals.get(name) if name.__class__ is str else None
+
     def _renew(self) -> None:
         """Forget the places of the model before."""
         simulation = self._simulation
@@ -155,8 +188,8 @@ class Addresses:
             self._bodies[handle] = 3 * item.id
 
 
-class ReadsAtOnce:
-    """Answers messages that read one value at its address: without a batch, and without the handler.
+class CallsAtOnce:
+    """Answers messages that read or set one value at its address: without a batch, and without the handler.
 
     Results, headers and counts are those of the normal way, see `Batches`. A history needs the normal way. Physics
     thread.
@@ -174,7 +207,7 @@ class ReadsAtOnce:
         self._simulation, self._sessions, self._watchers = simulation, sessions, watchers
         self._executor, self._metrics, self._outbox = executor, executor.metrics, outbox
         self._messages = outbox.messages
-        self._reads, self._exact = addresses.reads(), addresses.exact
+        self._of_table, self._of_sim = addresses.of_table, addresses.of_sim
 
     def answer(self, client: str, work: Work) -> bool:
         """Execute and answer a message; return False, and do nothing, if it has to go the normal way."""
@@ -198,29 +231,31 @@ class ReadsAtOnce:
         if len(calls) != 1:
             return False
         call_id, operation, delay_ms, name, arguments = calls[0]
-        read, count = self._reads.get(name, (None, 0))
-        if read is None or operation != _EXECUTE or delay_ms != 0 or len(arguments) != count:
+        exact = self._of_table.get(name)
+        if exact is None or operation != _EXECUTE or delay_ms != 0:
             return False
-        result = self._counted(session, name, read, arguments)
+        result = self._counted(session, name, exact, arguments)
         if result is None:
             return False
         session.heard(message_id, client_time)
-        messages = self._messages
-        reply = of_fields(Reply, (call_id, STATUS_OK, messages.time_ms(), [result[1]]))
+        messages, values = self._messages, [result] if exact.only_reads else []
+        reply = of_fields(Reply, (call_id, STATUS_OK, messages.time_ms(), values))
         session.link.deliver(messages.delivery(session, [reply]))
         return True
 
-    def exact(self, session: ClientSession, function: str, arguments: Sequence[Any]) -> Any:
+    def result(self, session: ClientSession, function: str, arguments: Sequence[Any]) -> Any:
         """Return the result of a function of ``sim``, and count the call; None, if it has to go the normal way."""
-        read = self._exact.get(function)
-        if read is None or self._executor.log_of_calls is not None:
+        exact = self._of_sim.get(function)
+        if exact is None or self._executor.log_of_calls is not None:
             return None
-        return self._counted(session, function, read, arguments)
+        return self._counted(session, function, exact, arguments)
 
-    def _counted(self, session: ClientSession, name: str, read: Shortcut, arguments: Sequence[Any]) -> Any:
-        """Return what is read, and count the call, if it is not None."""
+    def _counted(self, session: ClientSession, name: str, exact: Exact, arguments: Sequence[Any]) -> Any:
+        """Return the result of a call, and count it; None, if it has to go the normal way."""
+        if len(arguments) != exact.takes or (session.may_only_read and not exact.only_reads):
+            return None
         began = time.perf_counter()
-        result = read(arguments)
+        result = exact.run(*arguments)
         if result is not None:
             self._metrics.called(session.client, 1)
             self._metrics.executed(name, time.perf_counter() - began)

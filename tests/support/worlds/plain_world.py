@@ -26,6 +26,13 @@ if TYPE_CHECKING:
     from loopback import LoopbackTransport
 
 
+class Joints(dict[int, float]):
+    """Positions by handle; none is at an address."""
+
+    def aim(self, _handle: int, _value: float) -> bool:
+        return False
+
+
 class PlainSimulation:
     """As much of a world and its simulation as the engine uses, and a few numbers to read and write."""
 
@@ -44,7 +51,7 @@ class PlainSimulation:
         self.parts = Parts()
         self.failure = ""
         self.scene = SimpleNamespace(name="plain")
-        self.joints: dict[int, float] = {}
+        self.joints = Joints()
         self.removed: set[int] = set()
         self.strings: dict[str, bytes] = {}
         self.signals = SimpleNamespace(

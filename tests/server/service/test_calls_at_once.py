@@ -1,9 +1,10 @@
-"""A message with one read of a known value is answered at once, exactly as it would be in the normal way."""
+"""A message that reads or sets one known value is answered at once, exactly as it would be in the normal way."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -12,39 +13,44 @@ import pytest
 from real_world import BLOCKING, RealWorld
 
 import simx_client as v
-from simx_client.protocol.codec import decode_delivery, encode
-from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation, Pace
+from simx_client.protocol.codec import encode
+from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Delivery, Operation, Pace
+from simx_client.protocol.zenoh.keys import VIEWER
 from simx_server.errors import CommandError
 from simx_server.limits import Limits
-from simx_server.service.answers.link import PackingLink
-from simx_server.service.calls.addresses import ReadsAtOnce
-from simx_server.service.calls.work import BatchWork
+from simx_server.scene.objects import ObjectKind
+from simx_server.service.answers.link import Link
+from simx_server.service.calls.addresses import CallsAtOnce
+from simx_server.service.calls.work import BatchWork, CallsWork
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.monitoring.log_of_calls import LogOfCalls
 from simx_server.service.watcher import Watcher
 
 SCENE = Path(__file__).parents[2] / "conformance" / "scene.xml"
 
-READS = {
+CALLS = {
     "simxGetJointPosition": 1,
     "simxGetObjectPosition": 2,
     "simxGetIntegerSignal": 1,
     "simxGetFloatSignal": 1,
     "simxGetStringSignal": 1,
+    "simxSetJointTargetPosition": 2,
 }
-"""The reads that may be answered at once, and their numbers of arguments."""
+"""The calls that may be answered at once, and their numbers of arguments."""
+
+TARGETS = (0.25, -0.0, 0.1, 1, 3.5e38, 1e300, math.inf, math.nan, True, "1", None)
 
 NAMES = ("i", "f", "s", "wide", "missing", "", "i\0", "\udc80")
 
 
-class Kept(PackingLink):
-    """Keeps the bytes that it is to send."""
+class Kept(Link):
+    """Keeps what it is to send."""
 
     def __init__(self) -> None:
-        self.sent: list[bytes] = []
+        self.sent: list[Delivery] = []
 
-    def put_replies(self, payload: bytes) -> None:
-        self.sent.append(payload)
+    def deliver(self, delivery: Delivery) -> None:
+        self.sent.append(delivery)
 
 
 class Onlooker(Watcher):
@@ -57,11 +63,12 @@ class Onlooker(Watcher):
 class Desk:
     """A client of a world, whose messages are executed at once."""
 
-    def __init__(self, world: RealWorld) -> None:
-        self.world, self.service, self.link = world, world.loop.service, Kept()
-        self.session: ClientSession = self.service.clients.join("desk", "desk", 0, self.link)
+    def __init__(self, world: RealWorld, key: str = "desk") -> None:
+        self.key, self.world, self.service, self.link = key, world, world.loop.service, Kept()
+        self.session: ClientSession = self.service.clients.join(key, "desk", 0, self.link)
         self.onlooker = Onlooker()
-        self.number = 0
+        self.keeps_64_bits = False
+        """Calls come as those of a gateway of this process, without the rounding of a message."""
 
     def call(self, name: str, *arguments: Any, delay_ms: int = 0, operation: int = Operation.EXECUTE) -> Any:
         """Return everything that a call gives and counts, but for the time of the answer."""
@@ -73,21 +80,41 @@ class Desk:
         called, made = dict(session.called), metrics.calls
         session.errors.clear()
         self.link.sent.clear()
-        self.service.handling.execute("desk", BatchWork(encode(Batch(3, 4, calls))))
+        batch = Batch(3, 4, calls)
+        self.service.handling.execute(
+            self.key, CallsWork(batch) if self.keeps_64_bits else BatchWork(encode(batch))
+        )
         return (
-            [decode_delivery(each)._replace(server_time=0) for each in self.link.sent],
+            [each._replace(server_time=0) for each in self.link.sent],
             list(session.errors),
             (session.message_id, session.client_time),
             {name: count - called.get(name, 0) for name, count in session.called.items()},
             metrics.calls - made,
             {name: sum(each.counts) - times.get(name, 0) for name, each in metrics.command_times.items()},
+            self.targets(),
         )
+
+    def aim_all(self) -> None:
+        """Give all joints the same target."""
+        for handle in self.world.simulation.scene.objects:
+            self.world.simulation.joints.aim(handle, 0.125)
+
+    def targets(self) -> list[float]:
+        """Return the targets of all joints."""
+        joints, found = self.world.simulation.joints, list[float]()
+        for handle, item in self.world.simulation.scene.objects.items():
+            if item.element == "joint" and item.kind == ObjectKind.JOINT:
+                with suppress(CommandError):
+                    found.append(joints.target_position(handle))
+        return found
 
     def both(self, name: str, *arguments: Any, **options: Any) -> tuple[Any, Any]:
         """Make a call in the normal way, then as the server chooses."""
+        self.aim_all()
         self.service.watchers.add(self.onlooker)
         normal = self.call(name, *arguments, **options)
         self.service.watchers.remove(self.onlooker)
+        self.aim_all()
         return normal, self.call(name, *arguments, **options)
 
 
@@ -114,36 +141,44 @@ def desk(shared: RealWorld) -> Iterator[Desk]:
 def at_once(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     """Whether each message was answered at once."""
     answers: list[bool] = []
-    answer = ReadsAtOnce.answer
+    answer = CallsAtOnce.answer
 
-    def noting(self: ReadsAtOnce, *arguments: Any) -> bool:
+    def noting(self: CallsAtOnce, *arguments: Any) -> bool:
         answers.append(answer(self, *arguments))
         return answers[-1]
 
-    monkeypatch.setattr(ReadsAtOnce, "answer", noting)
+    monkeypatch.setattr(CallsAtOnce, "answer", noting)
     return answers
 
 
 def arguments_of(world: RealWorld) -> Iterator[tuple[str, list[Any]]]:
-    """Every read with arguments that are right and wrong, of right and wrong number."""
+    """Every call with arguments that are right and wrong, of right and wrong number."""
     handles = [*world.simulation.scene.objects, -1, 0, 99_999, 1 << 31, True, 1.0, math.nan, "1", None, b"1"]
-    for name, count in READS.items():
+    for name, count in CALLS.items():
         values: list[Any] = [*NAMES, 5, b"i", None] if "Signal" in name else handles
         for first in values:
-            for rest in product((-1, 0, *handles[:2], 2.0, None), repeat=count - 1):
+            others = TARGETS if "Set" in name else (-1, 0, *handles[:2], 2.0, None)
+            for rest in product(others, repeat=count - 1):
                 yield name, [first, *rest]
         yield name, []
         yield name, [values[0]] * (count + 1)
 
 
-def test_results_texts_headers_and_counts_are_those_of_the_normal_way(desk, at_once) -> None:
-    answered: dict[str, int] = dict.fromkeys(READS, 0)
+@pytest.mark.parametrize("keeps_64_bits", [False, True])
+def test_results_texts_headers_and_counts_are_those_of_the_normal_way(desk, at_once, keeps_64_bits) -> None:
+    desk.keeps_64_bits = keeps_64_bits
+    rail = next(h for h, item in desk.world.simulation.scene.objects.items() if item.name == "rail")
+    desk.call("simxSetJointTargetPosition", rail, 0.25)
+    desk.world.simulation.start()
+    desk.world.parts.step()  # from now on targets have places
+    answered: dict[str, int] = dict.fromkeys(CALLS, 0)
     for name, arguments in [*arguments_of(desk.world)] * 2:  # the first reading of some finds their place
         normal, chosen = desk.both(name, *arguments)
-        assert chosen == normal, (name, arguments)
+        assert repr(chosen) == repr(normal), (name, arguments)
         assert at_once[-2] is False
         assert not (at_once[-1] and normal[0][0].replies[0].status), (name, arguments)
         answered[name] += at_once[-1]
+    desk.world.simulation.stop()
     assert all(answered.values()), answered
 
 
@@ -185,6 +220,31 @@ def test_a_message_with_other_calls_goes_the_normal_way(desk, at_once) -> None:
     assert at_once == [False, False]
 
 
+def test_signals_are_those_of_the_present(desk, at_once) -> None:
+    signals = desk.world.parts.signals
+    kept, _ = signals.remember(None)
+    signals.set_integer("i", 77)
+    desk.call("simxGetIntegerSignal", "i")
+    signals.recall(kept)
+    normal, chosen = desk.both("simxGetIntegerSignal", "i")
+    assert at_once[-1]
+    assert chosen == normal
+
+
+def test_viewers_set_nothing(shared: RealWorld, at_once) -> None:
+    desk = Desk(shared, VIEWER + "desk")
+    joint = next(
+        handle for handle, item in shared.simulation.scene.objects.items() if item.element == "joint"
+    )
+    normal, chosen = desk.both("simxSetJointTargetPosition", joint, 0.5)
+    assert "who may only read" in chosen[0][0].replies[0].values[0]
+    assert repr(chosen) == repr(normal)
+    assert not at_once[-1]
+    desk.both("simxGetJointPosition", joint)
+    assert at_once[-1]
+    shared.loop.service.clients.leave(VIEWER + "desk")
+
+
 def test_a_history_notes_the_read(desk, at_once) -> None:
     executor, log = desk.service.executor, LogOfCalls()
     executor.note_in(log)
@@ -221,6 +281,6 @@ def test_answers_that_are_kept_leave_with_the_read_in_their_order(desk, at_once)
         desk.service.queue.submit("desk", BatchWork(encode(Batch(1, 0, calls))))
     desk.world.loop.turn(max_wait=0.1)
     (sent,) = desk.link.sent
-    assert [reply.call_id for reply in decode_delivery(sent).replies] == [1, 2]
-    assert decode_delivery(sent).replies[1].values == [5]
+    assert [reply.call_id for reply in sent.replies] == [1, 2]
+    assert sent.replies[1].values == [5]
     assert at_once == [False, False]
