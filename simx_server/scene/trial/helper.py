@@ -21,6 +21,8 @@ import time
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+from simx_client.protocol.files import is_vrep_name
+
 _LENGTH = struct.Struct("<I")
 _CHUNK = 1 << 16
 _MOST = 64 << 20
@@ -161,6 +163,7 @@ def main() -> None:
 
 def serve(requests: int, replies: int) -> None:
     """Make trials until the other end is closed."""
+    vrep_files = 0
     while True:
         try:
             request = json.loads(_receive(requests))
@@ -172,6 +175,10 @@ def serve(requests: int, replies: int) -> None:
             reply = {"exit": 0, "result": try_file(request), "seconds": time.process_time(), "goes_on": False}
             _send(replies, json.dumps(reply).encode())
             return
+        if is_vrep_name(request["path"]):
+            vrep_files += 1
+            if vrep_files == 2:  # their reader: of a server that is sent only one, the child imports it
+                importlib.import_module("simx_server.scene.formats.vrep.opening")
         made = _make_trial(request, requests, try_file)
         if made is None:
             return

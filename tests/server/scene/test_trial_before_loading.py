@@ -18,6 +18,7 @@ from real_world import BLOCKING, RealWorld, handle_of
 from scenes_for_tests import ARM
 
 import simx_client as v
+from simx_server.scene.formats.vrep import opening
 from simx_server.scene.trial import helper as trial_helper
 from simx_server.scene.trial.pool import Pool
 
@@ -200,6 +201,23 @@ def test_a_long_trial_gives_way_to_the_server(monkeypatch: pytest.MonkeyPatch) -
     os.close(server)
     assert made is not None
     assert made["result"] == {"priority": min(19, own + 10)}
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_from_its_second_file_of_vrep_on_a_helper_has_their_reader(monkeypatch: pytest.MonkeyPatch) -> None:
+    imported: list[str] = []
+    monkeypatch.setattr(trial_helper.importlib, "import_module", imported.append)
+    monkeypatch.setattr(trial_helper, "_make_trial", lambda *_: {"exit": 0, "readers": len(imported)})
+    requests, writer = os.pipe()
+    reader, replies = os.pipe()
+    for name in ("a.ttt", "b.xml", "c.TTM", "d.ttt"):
+        trial_helper._send(writer, json.dumps({"path": f"/somewhere/{name}"}).encode())
+    os.close(writer)
+    trial_helper.serve(requests, replies)
+    assert [json.loads(trial_helper._receive(reader))["readers"] for _ in range(4)] == [0, 0, 1, 1]
+    assert imported == [opening.__name__]
+    for end in (requests, reader, replies):
+        os.close(end)
 
 
 def test_the_next_file_is_tried_after_the_helper_has_died(world, client, send) -> None:

@@ -12,10 +12,11 @@ from .reading import read_file
 from .report import Report
 from .source import VrepSource
 
+importlib.import_module("numpy.ma")  # by numpy.unique on demand, which a trial cannot
+
 
 def prepare_for_trial() -> None:
-    """Import what reading imports on demand, for a process that cannot open files later."""
-    importlib.import_module("numpy.ma")  # by numpy.unique
+    """Prepare reading in a process that cannot open files later."""
     decomposition.switch_off()
 
 
