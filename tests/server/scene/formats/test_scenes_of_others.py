@@ -26,7 +26,7 @@ PACKAGES = {
 """Package and the folder in it where MJCF files lie; of the second, robots of the MuJoCo Menagerie."""
 
 _SOURCES = (b"<mujoco", b"<robot")
-PASSES = 3
+PASSES = 2
 
 
 def files_of(package: str) -> list[Path]:
