@@ -49,7 +49,8 @@ def ray_cluster() -> Iterator[Any]:
     # A lost node is known after 1.5 s instead of 15 s.
     checks = {"initial_delay_ms": 0, "period_ms": 500, "failure_threshold": 3}
     settings = {f"health_check_{name}": value for name, value in checks.items()}
-    head = {**NODE, "include_dashboard": False, "_system_config": settings}
+    unused = {"include_dashboard": False, "include_log_monitor": False, "no_monitor": True}
+    head = {**NODE, **unused, "_system_config": settings}
     cluster = import_module("ray.cluster_utils").Cluster(initialize_head=True, head_node_args=head)
     yield cluster
     cluster.shutdown()
