@@ -13,6 +13,7 @@ import threading
 from collections import Counter
 from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from kinds_of_tests import add_marker
@@ -115,6 +116,14 @@ LONGEST = (
 """Files that take longest, roughly the longest first: begun last, one leaves the other cores with nothing to do."""
 
 
+LEARNING = {
+    "test_demonstrations_example.py",
+    "test_detect_example.py",
+    "test_gym_stable_baselines3.py",
+    "test_reach_example.py",
+}
+"""Files that import PyTorch, which takes seconds: one of xdist's workers has them all."""
+
 FORKING = (checked_functions, checked_scene, worker, attempt)
 """Modules that start servers by `subprocess`."""
 
@@ -136,6 +145,21 @@ def pytest_configure(config: pytest.Config) -> None:
     if hasattr(config.option, "loadscopereorder"):
         # xdist would begin with the files of most tests; the soak is one test.
         config.option.loadscopereorder = False
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Give files to xdist's workers as it does, but those of `LEARNING` to one."""
+    if config.option.dist != "loadfile":
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduler(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = super()._split_scope(nodeid)
+            return "learning" if Path(file).name in LEARNING else file
+
+    return Scheduler(config, log)
 
 
 def _write_rewritten_tests() -> None:

@@ -140,6 +140,8 @@ class EmbeddedTransport(PackingLink):
             return 0.0
         try:
             self._loop.turn()
+            if self._service.queue.has_work():  # a batch that has waited for this step goes on
+                return 0.0
             return min(_MOST_WAITED, self._service.due.seconds_until_round())
         finally:
             self._turns.end()

@@ -20,6 +20,7 @@ from simx_client.connection.clients import CLIENTS
 from simx_client.connection.embedded import EmbeddedConnection
 from simx_client.connection.embedding import VARIABLE, as_arguments
 from simx_client.errors import ConnectionFailed
+from simx_server.gateways.embedded import transport
 
 BLOCKING, BUFFER = v.simx_opmode_blocking, v.simx_opmode_buffer
 
@@ -183,6 +184,18 @@ def test_what_was_recorded_embedded_replays(scene: Path, tmp_path: Path) -> None
     done = finished("-m", "simx_server", "--replay", recording)
     assert done.returncode == 0, done.stderr
     assert "is equal" in done.stderr
+
+
+def test_a_recorded_step_goes_on_at_once(
+    scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What follows a trigger in one batch waits for nothing but the step."""
+    monkeypatch.setattr(transport, "_MOST_WAITED", 1000.0)  # and not for a next look, which would come too late
+    with Client.embedded(scene, record=tmp_path / "run.simxlog") as client:
+        hinge = client.joint("hinge")
+        with client.stepping(lambda: hinge.position) as step:
+            assert step() == hinge.position
+            assert step() == hinge.position
 
 
 def test_a_child_made_by_fork_can_have_a_simulation_too(scene: Path) -> None:
