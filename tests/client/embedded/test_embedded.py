@@ -190,7 +190,7 @@ def test_a_recorded_step_goes_on_at_once(
     scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What follows a trigger in one batch waits for nothing but the step."""
-    monkeypatch.setattr(transport, "_MOST_WAITED", 1000.0)  # and not for a next look, which would come too late
+    monkeypatch.setattr(transport, "_MOST_WAITED", 1000.0)  # seconds: the next look would come too late
     with Client.embedded(scene, record=tmp_path / "run.simxlog") as client:
         hinge = client.joint("hinge")
         with client.stepping(lambda: hinge.position) as step:
