@@ -189,7 +189,7 @@ def test_what_was_recorded_embedded_replays(scene: Path, tmp_path: Path) -> None
 def test_a_recorded_step_goes_on_at_once(
     scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What follows a trigger in one batch waits for nothing but the step."""
+    """Calls after a trigger in one batch wait for nothing but the step."""
     monkeypatch.setattr(transport, "_MOST_WAITED", 1000.0)  # seconds: the next look would come too late
     with Client.embedded(scene, record=tmp_path / "run.simxlog") as client:
         hinge = client.joint("hinge")
