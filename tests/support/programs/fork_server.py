@@ -9,6 +9,7 @@ from __future__ import annotations
 import atexit
 import fcntl
 import gc
+import hashlib
 import importlib
 import json
 import os
@@ -86,6 +87,26 @@ def _import_server() -> None:
     import_mujoco()
     for name in _OF_SERVERS:
         importlib.import_module(name)
+    _share_probes()
+
+
+def _share_probes() -> None:
+    """Servers with the same variables share the test images of OpenGL, as `shared_probes` of tests/conftest.py does."""
+    from simx_server.sensors.opengl import backend
+
+    def probe(name: str, give_up: threading.Event) -> str | None:
+        variables = sorted(item for item in os.environ.items() if not item[0].startswith("PYTEST_"))
+        kept = hashlib.sha256(repr((name, variables)).encode()).hexdigest()
+        note = Path(os.environ.get("SIMX_CACHE", os.devnull)) / f"probed-{kept}"
+        if note.exists():
+            return None
+        wrong = before(name, give_up)
+        if wrong is None and "SIMX_CACHE" in os.environ:
+            note.parent.mkdir(parents=True, exist_ok=True)
+            note.touch()
+        return wrong
+
+    before, backend.probe_in_child = backend.probe_in_child, probe
 
 
 def _import_client(servers: int) -> None:
