@@ -49,19 +49,21 @@ def test_functions_constants_and_objects_are_found(tmp_path: Path, module: str, 
     )
 
 
+MISSING = """
+    from coppeliasim_zmqremoteapi_client import *
+    client = RemoteAPIClient('localhost', 23000)
+    sim, simUI = client.require('sim'), client.require('simUI')
+    sim.getObjectPositon(1)
+    sim.addDrawingObject(sim.drawing_points, 1, 0, -1, 1)
+    simUI.setStyleSheet(1, 'x')
+    sim.getObject('/gone', {'noError': True})
+    print(sim.handle_wrld, simUI.curve_style.line)
+    """
+
+
 @pytest.mark.usefixtures("started_servers")
 def test_what_is_missing_is_named_and_what_differs_is_told(tmp_path: Path) -> None:
-    text = """
-        from coppeliasim_zmqremoteapi_client import *
-        client = RemoteAPIClient('localhost', 23000)
-        sim, simUI = client.require('sim'), client.require('simUI')
-        sim.getObjectPositon(1)
-        sim.addDrawingObject(sim.drawing_points, 1, 0, -1, 1)
-        simUI.setStyleSheet(1, 'x')
-        sim.getObject('/gone', {'noError': True})
-        print(sim.handle_wrld, simUI.curve_style.line)
-        """
-    write(tmp_path, {"script.py": text})
+    write(tmp_path, {"script.py": MISSING})
     code, record = check(tmp_path / "script.py", "--scene", "two_link_arm")
     assert code == 1
     misspelt, constant = texts_of(record)
@@ -70,8 +72,11 @@ def test_what_is_missing_is_named_and_what_differs_is_told(tmp_path: Path) -> No
     )
     assert constant.startswith("there is no constant sim.handle_wrld here; did you mean 'sim.handle_world'")
     assert any("simUI.setStyleSheet has no effect here" in each for each in texts_of(record, "note"))
-    page = page_of(tmp_path / "script.py", "--differences")
-    assert "  regular     sim.getObjectPositon, " in page
+
+
+def test_what_differs_is_told_on_the_page(tmp_path: Path) -> None:
+    write(tmp_path, {"script.py": MISSING})
+    assert "  regular     sim.getObjectPositon, " in page_of(tmp_path / "script.py", "--differences")
 
 
 def test_names_with_an_index_or_a_proxy_are_looked_for_also_in_a_comprehension(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from fuzz.scenes import Loader
+from seeds import many
 
 from simx_server.errors import CommandError
 from simx_server.scene.finding.references import check_references
@@ -16,7 +17,7 @@ from simx_server.scene.formats.loader import load_scene, load_text
 
 pytestmark = pytest.mark.slow
 
-CASES = 400
+CASES = many(250)
 
 
 @pytest.fixture(scope="module")

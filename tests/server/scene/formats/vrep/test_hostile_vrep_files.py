@@ -6,12 +6,13 @@ import random
 
 import pytest
 from fuzz.vrep import Reader, bases
+from seeds import many
 
 from simx_server.scene.formats.vrep.reading import read_file
 
 pytestmark = pytest.mark.slow
 
-CASES = 400
+CASES = many(250)
 
 
 def test_no_file_is_more_than_an_error() -> None:
