@@ -200,7 +200,7 @@ def test_none_outlives_the_command_even_when_that_is_killed(scene: Path, log: Pa
 
 
 def test_it_ends_by_itself_when_all_have_ended_well(scene: Path, log: Path) -> None:
-    with fleet(log, scene, "--count", 2, "--duration", 0.2) as started:
+    with fleet(log, scene, "--count", 2, "--duration", 2.0) as started:
         assert started.process.wait(TIMEOUT) == 0
         assert started.says("ended with exit code 0; 0 of 2 go on")
 
