@@ -39,14 +39,25 @@ class Class:
         return [int(word) for word in text.split()]
 
     def look(self, path: str) -> bytes:
-        """What the teacher's browser gets there."""
+        """Return what the teacher's browser gets there."""
+        status, body = self._get(path)
+        if status != http.client.OK:
+            raise NotReady(f"{path}: {status} {body.decode()}")
+        return body
+
+    def has_image(self, seat: int) -> bool:
+        """Return whether the browser gets an image of a seat; otherwise it shows the one before."""
+        path = f"/seat/{seat}/image"
+        status, body = self._get(path)
+        if status not in (http.client.OK, http.client.SERVICE_UNAVAILABLE):
+            raise NotReady(f"{path}: {status} {body.decode()}")
+        return status == http.client.OK
+
+    def _get(self, path: str) -> tuple[int, bytes]:
         with closing(http.client.HTTPConnection(*self.place, timeout=TIMEOUT_S)) as connection:
             connection.request("GET", path, headers={"Cookie": self.cookie})
             answer = connection.getresponse()
-            body = answer.read()
-            if answer.status != 200:
-                raise NotReady(f"{path}: {answer.status} {body.decode()}")
-            return body
+            return answer.status, answer.read()
 
 
 @contextmanager
@@ -94,7 +105,7 @@ def _class(seats: int, span: float, starts: int) -> list[float]:
         everything = [started.parent, *started.children()]
         time.sleep(span / 4)
         idle = [*_memory(everything, started), core_share(everything, span)]
-        _look_at_all(started, seats)  # renderers start
+        _start_renderers(started, seats)
         end = time.perf_counter() + span
         share = _share_while_looking(started, seats, everything, end)
         looked = [*_memory(everything, started), share]
@@ -106,9 +117,18 @@ def _memory(everything: list[int], started: Class) -> list[float]:
     return [memory_mb(everything), statistics.median(own)]
 
 
+def _start_renderers(started: Class, seats: int) -> None:
+    for number in range(1, seats + 1):
+        end = time.monotonic() + TIMEOUT_S
+        while not started.has_image(number):
+            if time.monotonic() > end:
+                raise NotReady(f"seat {number} has no image after {TIMEOUT_S:g} s")
+            time.sleep(0.1)
+
+
 def _look_at_all(started: Class, seats: int) -> None:
     for number in range(1, seats + 1):
-        started.look(f"/seat/{number}/image")
+        started.has_image(number)
     json.loads(started.look("/class"))
 
 
