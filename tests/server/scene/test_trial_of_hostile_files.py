@@ -36,7 +36,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RealWorld]:
 
 @pytest.fixture
 def client(world: RealWorld) -> Iterator[int]:
-    client = world.client()
+    client = world.client(timeout=30.0)  # a second of processor time may take several on busy cores
     yield client
     v.simxFinish(client)
 
