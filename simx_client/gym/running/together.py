@@ -159,24 +159,13 @@ class Together:
         """
         parts = self.actions.rows(actions, self._counts, self._count) if self._count > 1 else None
         if parts is None:
-            return (
-                self._write_each(places, actions)
-                if self._counted
-                else self._write_one_by_one(places, actions)
-            )
+            return self._write_each(places, actions)
         column = 0
         for part, numbers in zip(self.actions.parts, parts, strict=True):
             written = numbers if part.entry.rows is None else part.entry.rows(numbers)
             self._values[:, column : column + written.shape[1]] = written
             column += written.shape[1]
         return parts
-
-    def _write_one_by_one(self, places: Places, actions: Sequence[Any]) -> list[Rows]:
-        """Do the same for one world after the other, without increments."""
-        rows = [self._row_of(self.actions.values(actions[place], _NO_COUNTS)) for place in places.tolist()]
-        for place, row in zip(places.tolist(), rows, strict=True):
-            self._values[place] = row
-        return []
 
     def _row_of(self, values: list[list[float]]) -> list[float]:
         row: list[float] = []
@@ -185,12 +174,17 @@ class Together:
         return row
 
     def _write_each(self, places: Places, actions: Sequence[Any]) -> list[Rows]:
-        """Do the same for one world after the other: it is faster for one, and says what is not valid."""
-        parts = [np.zeros((self._count, part.entry.size)) for part in self.actions.parts]
+        """Do the same for one world after the other: it is faster for one, and says what is not valid.
+
+        Only increments need the numbers of each part.
+        """
+        parts = (
+            [np.zeros((self._count, part.entry.size)) for part in self.actions.parts] if self._counted else []
+        )
         rows: dict[int, list[float]] = {}
         for place in places.tolist():
             values = self.actions.values(actions[place], self.counts_of(place))
-            for numbers, value in zip(parts, values, strict=True):
+            for numbers, value in zip(parts, values, strict=False):
                 numbers[place] = value
             rows[place] = self._row_of(values)
         for place, row in rows.items():
@@ -302,9 +296,6 @@ class Running:
     def end(self) -> None:
         """Stop the simulations."""
         self.episodes.end()
-
-
-_NO_COUNTS: Mapping[str, Sequence[float]] = {}
 
 
 class _Column(NamedTuple):

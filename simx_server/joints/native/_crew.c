@@ -24,7 +24,6 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "physics_step.h"
 
@@ -34,13 +33,13 @@
 #define LEAST_FORCE 1e-12
 #define GIMBAL_LOCK 0.999995
 
-#define PATIENCE 1.0 /* seconds of a simulation step after which Python looks at it */
-#define WORTHWHILE 15e-6 /* seconds of work below which no other thread is called */
+#define PATIENCE 1.0      /* seconds of a simulation step after which Python looks at it */
+#define WORTHWHILE 15e-6  /* seconds of work below which no other thread is called */
 #define PERIOD 512        /* calls between two trials of the slower way, with or without other threads */
 #define TRIAL 8           /* calls of a trial */
 #define WARM_UP 3         /* calls of it that do not count: a thread that sleeps takes long to wake */
-#define SPIN 150e-6 /* seconds of a busy wait before a thread sleeps: to wake it takes about as long */
-#define LOOKS 64 /* at a lock between two looks at the clock */
+#define SPIN 150e-6       /* seconds of a busy wait before a thread sleeps: to wake it takes about as long */
+#define LOOKS 64          /* at a lock between two looks at the clock */
 
 static PhysicsStepApi* physics;
 static PyObject* step_type;
@@ -50,29 +49,10 @@ static struct {
   int (*stateSize)(const mjModel*, int);
   void (*getState)(const mjModel*, const mjData*, mjtNum*, int);
   void (*setState)(const mjModel*, mjData*, const mjtNum*, int);
-  void (*kinematics)(const mjModel*, mjData*);
-  void (*comPos)(const mjModel*, mjData*);
-  void (*camlight)(const mjModel*, mjData*);
-  void (*flex)(const mjModel*, mjData*);
-  void (*tendon)(const mjModel*, mjData*);
 } mj;
-
-static double seconds(void) {
-  struct timespec now;
-#ifdef _WIN32
-  timespec_get(&now, TIME_UTC);
-#else
-  clock_gettime(CLOCK_MONOTONIC, &now);
-#endif
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* A number as a message carries it. */
 static double single(double value) { return (double)(float)value; }
-
-/* min and max of Python: the first one, unless the second is less or greater */
-static double lesser(double a, double b) { return b < a ? b : a; }
-static double greater(double a, double b) { return b > a ? b : a; }
 
 /* joints.py: the angle in -pi..pi */
 static double wrapped(double angle) {
@@ -473,15 +453,7 @@ static int start_again(Course* c, const double* values, double* results) {
 
   int flags = m->opt.enableflags; /* sleepers.py: what was moved is awake */
   m->opt.enableflags = flags & ~mjENBL_SLEEP;
-  mj.kinematics(m, d);
-  mj.comPos(m, d);
-  mj.camlight(m, d);
-  if (m->nflex) {
-    mj.flex(m, d);
-  }
-  if (m->ntendon) {
-    mj.tendon(m, d);
-  }
+  physics->update(m, d);
   m->opt.enableflags = flags;
   read_results(c, results);
   return WELL;
@@ -1439,22 +1411,12 @@ static PyObject* connect(PyObject* module, PyObject* args) {
   if (!offered) {
     return NULL;
   }
-  struct { const char* name; void** place; } wanted[] = {
+  const Wanted wanted[] = {
     {"mj_resetData", (void**)&mj.resetData}, {"mj_stateSize", (void**)&mj.stateSize},
     {"mj_getState", (void**)&mj.getState}, {"mj_setState", (void**)&mj.setState},
-    {"mj_kinematics", (void**)&mj.kinematics}, {"mj_comPos", (void**)&mj.comPos},
-    {"mj_camlight", (void**)&mj.camlight}, {"mj_flex", (void**)&mj.flex}, {"mj_tendon", (void**)&mj.tendon},
   };
-  for (size_t i = 0; i < sizeof(wanted) / sizeof(*wanted); i++) {
-    PyObject* number = PyDict_GetItemString(addresses, wanted[i].name);
-    void* address = number ? PyLong_AsVoidPtr(number) : NULL;
-    if (!address) {
-      if (!PyErr_Occurred()) {
-        PyErr_Format(PyExc_KeyError, "the address of %s is missing", wanted[i].name);
-      }
-      return NULL;
-    }
-    *wanted[i].place = address;
+  if (take_addresses(addresses, wanted, sizeof(wanted) / sizeof(*wanted)) < 0) {
+    return NULL;
   }
   Py_INCREF(type);
   Py_XDECREF(step_type);
@@ -1484,10 +1446,8 @@ PyMODINIT_FUNC PyInit__crew(void) {
       PyModule_AddIntConstant(module, "HEADER", mjVERSION_HEADER) < 0 || CONSTANT(module, WELL) ||
       CONSTANT(module, NO_ROOM) || CONSTANT(module, EXCEPTION) || CONSTANT(module, FAILED) ||
       CONSTANT(module, REFUSED) || CONSTANT(module, UNFINISHED) || CONSTANT(module, TARGET) ||
-      CONSTANT(module, SPRING) ||
-      CONSTANT(module, CYCLIC_SPRING) ||
-      CONSTANT(module, COMMAND) || CONSTANT(module, FORCE) || CONSTANT(module, PLACE) || CONSTANT(module, POSITION) ||
-      CONSTANT(module, LENGTH) || CONSTANT(module, RATE) || CONSTANT(module, MOTOR_FORCE) ||
+      CONSTANT(module, SPRING) || CONSTANT(module, CYCLIC_SPRING) || CONSTANT(module, COMMAND) || CONSTANT(module, FORCE) ||
+      CONSTANT(module, PLACE) || CONSTANT(module, POSITION) || CONSTANT(module, LENGTH) || CONSTANT(module, RATE) || CONSTANT(module, MOTOR_FORCE) ||
       CONSTANT(module, BODY_POSITION) || CONSTANT(module, POSE_POSITION) || CONSTANT(module, POSE_QUATERNION) ||
       CONSTANT(module, POSE_ANGLES) || CONSTANT(module, VELOCITY) || CONSTANT(module, ANGULAR_VELOCITY) ||
       PyModule_AddStringConstant(module, "SOURCE_HASH", SOURCE_HASH) < 0) {

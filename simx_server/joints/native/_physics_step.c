@@ -24,7 +24,6 @@
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include <mujoco/mujoco.h>
 
@@ -260,10 +259,6 @@ static double* room(PhysicsStep* s, size_t count) {
 static double minimum(double a, double b) { return (a < b || isnan(a)) ? a : b; }
 static double maximum(double a, double b) { return (a > b || isnan(a)) ? a : b; }
 static double clip(double x, double low, double high) { return minimum(maximum(x, low), high); }
-
-/* min and max of Python: the first one, unless the second is less or greater */
-static double lesser(double a, double b) { return b < a ? b : a; }
-static double greater(double a, double b) { return b > a ? b : a; }
 
 /* np.remainder */
 static double modulo(double a, double b) {
@@ -653,16 +648,6 @@ static void hold_kinematic(PhysicsStep* s) {
 
 //------------------------------------------ steps -------------------------------------------------
 
-static double seconds(void) {
-  struct timespec now;
-#ifdef _WIN32
-  timespec_get(&now, TIME_UTC);
-#else
-  clock_gettime(CLOCK_MONOTONIC, &now);
-#endif
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static int one_step(PhysicsStep* s, int flags) {
   control_positions(s);
   control_springs(s);
@@ -710,22 +695,27 @@ static char are_finite(const double* values, Py_ssize_t count) {
   return 1;
 }
 
-/* Look at the end of a simulation step; kinematics.py */
+/* Update the kinematics; kinematics.py */
+static void update(const mjModel* m, mjData* d) {
+  mj.kinematics(m, d);
+  mj.comPos(m, d);
+  mj.camlight(m, d);
+  if (m->nflex) {
+    mj.flex(m, d);
+  }
+  if (m->ntendon) {
+    mj.tendon(m, d);
+  }
+}
+
+/* Look at the end of a simulation step. */
 static void finish(PhysicsStep* s, int flags) {
   const mjModel* m = s->m;
   mjData* d = s->d;
   s->has_deep_contacts = (char)has_deep_contacts(d);
   s->is_finite = are_finite(d->qpos, (Py_ssize_t)m->nq) && are_finite(d->qvel, (Py_ssize_t)m->nv);
   if (s->is_finite && (flags & UPDATE)) {
-    mj.kinematics(m, d);
-    mj.comPos(m, d);
-    mj.camlight(m, d);
-    if (m->nflex) {
-      mj.flex(m, d);
-    }
-    if (m->ntendon) {
-      mj.tendon(m, d);
-    }
+    update(m, d);
   }
 }
 
@@ -875,7 +865,7 @@ static double* numbers_of(PyObject* step, int column, Py_ssize_t* count) {
 }
 
 static PhysicsStepApi api = {
-  run_for_crew, model_of, data_of, numbers_of, COLUMNS, POSITION_TARGET, SPRING_TARGET, MEAN_FORCE,
+  run_for_crew, model_of, data_of, numbers_of, update, COLUMNS, POSITION_TARGET, SPRING_TARGET, MEAN_FORCE,
 };
 
 
@@ -1067,7 +1057,7 @@ static PyObject* connect(PyObject* module, PyObject* args) {
   if (!PyArg_ParseTuple(args, "O!OOO", &PyDict_Type, &addresses, &model, &data, &fatal)) {
     return NULL;
   }
-  struct { const char* name; void** place; } wanted[] = {
+  const Wanted wanted[] = {
     {"mj_step", (void**)&mj.step}, {"mj_step1", (void**)&mj.step1}, {"mj_step2", (void**)&mj.step2},
     {"mj_mulJacVec", (void**)&mj.mulJacVec}, {"mj_solveM", (void**)&mj.solveM},
     {"mj_kinematics", (void**)&mj.kinematics}, {"mj_comPos", (void**)&mj.comPos},
@@ -1075,16 +1065,8 @@ static PyObject* connect(PyObject* module, PyObject* args) {
     {"mj_isSparse", (void**)&mj.isSparse}, {"_mjPRIVATE_setTlsLogHandler", (void**)&mj.setThreadsHandler},
     {"_mjPRIVATE_getGlobalLogHandler", (void**)&mj.getHandler},
   };
-  for (size_t i = 0; i < sizeof(wanted) / sizeof(*wanted); i++) {
-    PyObject* number = PyDict_GetItemString(addresses, wanted[i].name);
-    void* address = number ? PyLong_AsVoidPtr(number) : NULL;
-    if (!address) {
-      if (!PyErr_Occurred()) {
-        PyErr_Format(PyExc_KeyError, "the address of %s is missing", wanted[i].name);
-      }
-      return NULL;
-    }
-    *wanted[i].place = address;
+  if (take_addresses(addresses, wanted, sizeof(wanted) / sizeof(*wanted)) < 0) {
+    return NULL;
   }
   Py_INCREF(model), Py_INCREF(data), Py_INCREF(fatal);
   Py_XDECREF(model_type), Py_XDECREF(data_type), Py_XDECREF(fatal_error);

@@ -1,4 +1,4 @@
-/* What _physics_step.c offers to _crew.c: functions in a capsule, since each of them is a module of its own.
+/* What _physics_step.c offers to _crew.c: functions in a capsule, since each is a separate module; and what both use.
 
    Both modules are built from this file; the build writes its hash into both, so an old one is never used with a new
    one. */
@@ -7,6 +7,8 @@
 #define SIMX_PHYSICS_STEP_H_
 
 #include <Python.h>
+#include <time.h>
+
 #include <mujoco/mujoco.h>
 
 #define PHYSICS_STEP_API "simx_server.joints.native._physics_step.API"
@@ -38,8 +40,47 @@ typedef struct {
 
   /* The numbers of a column and their count; NULL if the column has indexes, or there is no such column. */
   double* (*numbers)(PyObject* step, int column, Py_ssize_t* count);
+  /* Update the kinematics; kinematics.py */
+  void (*update)(const mjModel* m, mjData* d);
+
   int columns;
   int position_target, spring_target, mean_force; /* three of the columns */
 } PhysicsStepApi;
+
+
+//------------------------------------------ in both -----------------------------------------------
+
+static inline double seconds(void) {
+  struct timespec now;
+#ifdef _WIN32
+  timespec_get(&now, TIME_UTC);
+#else
+  clock_gettime(CLOCK_MONOTONIC, &now);
+#endif
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* min and max of Python: the first one, unless the second is less or greater */
+static inline double lesser(double a, double b) { return b < a ? b : a; }
+static inline double greater(double a, double b) { return b > a ? b : a; }
+
+/* A function of the loaded MuJoCo, and where its address is kept. */
+typedef struct { const char* name; void** place; } Wanted;
+
+/* Keep the addresses of functions; returns -1 with an exception if one is missing. */
+static inline int take_addresses(PyObject* addresses, const Wanted* wanted, size_t count) {
+  for (size_t i = 0; i < count; i++) {
+    PyObject* number = PyDict_GetItemString(addresses, wanted[i].name);
+    void* address = number ? PyLong_AsVoidPtr(number) : NULL;
+    if (!address) {
+      if (!PyErr_Occurred()) {
+        PyErr_Format(PyExc_KeyError, "the address of %s is missing", wanted[i].name);
+      }
+      return -1;
+    }
+    *wanted[i].place = address;
+  }
+  return 0;
+}
 
 #endif
