@@ -51,7 +51,7 @@ def invoke(client: Client, full_name: str, arguments: list[Any]) -> tuple[Any, .
         return own(client, arguments)
     if not function.is_known:
         raise _no_such_function(full_name, function)
-    if function.is_restricted:
+    if function.space == "sim":
         permissions.check(client.world, function, arguments)
     outcome = client.namespaces.function(function.full_name)(arguments)
     form = FORMS.get(function.full_name)

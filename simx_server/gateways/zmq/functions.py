@@ -49,9 +49,6 @@ class Function(NamedTuple):
     only_reads: bool
     """A viewer may call it: one of ``sim`` or of this protocol, which others do not notice."""
 
-    is_restricted: bool
-    """It is one of those that `permissions.check` may refuse."""
-
 
 @lru_cache(MOST_REMEMBERED)
 def described(full_name: str) -> Function:
@@ -68,7 +65,6 @@ def described(full_name: str) -> Function:
         bool(GIVES_BYTES.search(full_name)),
         effect,
         effect == "reads" and space in _READABLE,
-        space == "sim" and (effect in ("runs code", "needs a script") or name == "callScriptFunction"),
     )
 
 
