@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import socket
+import statistics
 import sys
 import tempfile
 import time
@@ -37,7 +38,7 @@ TIMES, USUALLY = {"image": 20}, 100
 """How often an operation is done in a round of counts, by its name."""
 
 ROUNDS = 3
-"""The lowest counts of so many are taken: a server looks about now and then."""
+"""The medians of so many are taken: a server looks about now and then, with the operation or without it."""
 
 SCENE, FINGER = "ur5_rg2_kinect", "RG2_openCloseJoint"
 ANSWER_WITHIN_S = 10.0
@@ -129,7 +130,7 @@ class _CountingServer:
         raise processes.NotReady("the counting server wrote no counts")
 
     def during(self, operation: Operation, times: int) -> tuple[float, float]:
-        """Return the server's calls and system calls for one operation of a client: the lowest of some rounds.
+        """Return the server's calls and system calls for one operation of a client: the medians of some rounds.
 
         What it does in the same time without the operation does not count: on a busy machine that time is longer.
         """
@@ -145,7 +146,8 @@ class _CountingServer:
                 for here, there, later in zip(before, after, self.totals(), strict=True)
             )
             found.append((calls, system_calls))
-        return min(found)
+        calls, system_calls = map(statistics.median, zip(*found, strict=True))
+        return calls, system_calls
 
 
 def _by_transport(server: _CountingServer, way: str, transport: type[Any]) -> dict[str, Counts]:
