@@ -40,7 +40,7 @@ class Machine:
 
     def __init__(self, sim: LiveScene) -> None:
         self._sim = sim
-        self._bindings: dict[int, Binding] = {}
+        self._bound: dict[int, Binding] = {}
         self._states: dict[int, JointState] = {}
         self._served: frozenset[int] = frozenset()
         """Joints whose targets a script's call-back serves outside force mode."""
@@ -57,17 +57,24 @@ class Machine:
         """Increases when positions are found, and when they have to be found again."""
         self.bind_all()
 
+    @property
+    def _bindings(self) -> Mapping[int, Binding]:
+        """Where the joints are in the model, in which edits that wait are compiled first: they move the ids."""
+        if self._sim.waiting is not None:
+            self._sim.compile_edits()
+        return self._bound
+
     def bind_all(self) -> None:
         """Find all joints in a freshly compiled model; joints known by handle keep their settings."""
         self.forget_places()
         scene, model, data = self._sim.scene, self._sim.model, self._sim.data
         known = self._states
-        self._bindings, self._states = {}, {}
+        self._bound, self._states = {}, {}
         items = [scene.objects[handle] for handle in scene.of_kind(ObjectKind.JOINT)]
         handles = {item.element_name: item.handle for item in items if item.element == "joint"}
         handles |= {item.name: item.handle for item in items}
         for item in items:
-            binding = self._bindings[item.handle] = bind(item, model)
+            binding = self._bound[item.handle] = bind(item, model)
             self._states[item.handle] = known.get(item.handle) or initial_state(
                 item, binding, model, self._raw_position(binding), handles
             )
@@ -138,7 +145,7 @@ class Machine:
 
     def recall(self, settings: Settings) -> None:
         """Restore saved settings; model and data were restored already."""
-        self._bindings = dict(settings.bindings)
+        self._bound = dict(settings.bindings)
         has_others = settings.weights is not self._weights
         self._weights = settings.weights
         self._states = {handle: copied(state) for handle, state in settings.states.items()}
@@ -299,12 +306,10 @@ class Machine:
         self._measured.end()
 
     def _any(self, handle: int) -> tuple[Binding, JointState]:
-        try:
-            return self._bindings[handle], self._states[handle]
-        except KeyError:
+        bindings = self._bindings
+        if handle not in bindings:
             self._sim.scene.get_kind(handle, ObjectKind.JOINT)
-            self._sim.compile_edits()  # a new joint
-            return self._bindings[handle], self._states[handle]
+        return bindings[handle], self._states[handle]
 
     def _single(self, handle: int) -> tuple[Binding, JointState]:
         pair = self._any(handle)

@@ -256,6 +256,53 @@ def test_a_joint_that_waits_is_compiled_when_it_is_used(compiles: list[int]) -> 
     assert world.call("simxGetJointPosition", joint) == 0.1
 
 
+LATER_JOINTS = """
+<mujoco>
+  <worldbody>
+    <body name="box" pos="1 0 1"><freejoint/><geom size="0.1"/></body>
+    <body name="pole" pos="0 0 1">
+      <joint name="hinge" axis="0 1 0" range="-1 1" limited="true"/><geom size="0.1" pos="0.3 0 0"/>
+      <body pos="0.3 0 0"><joint name="wheel" axis="0 1 0"/><geom size="0.05" pos="0.1 0 0"/></body>
+    </body>
+    <body name="ball" pos="2 0 1"><freejoint/><geom size="0.1"/></body>
+  </worldbody>
+  <actuator><position name="hinge" joint="hinge" kp="100"/></actuator>
+</mujoco>
+"""
+
+OF_JOINTS: dict[str, Callable[[World, int], object]] = {
+    "its position": lambda world, hinge: world.call("simxGetJointPosition", hinge),
+    "its matrix": lambda world, hinge: world.call("simxGetJointMatrix", hinge),
+    "its limits": lambda world, hinge: world.sim.joints.interval(hinge),
+    "a new position": lambda world, hinge: world.call("simxSetJointPosition", hinge, 0.4),
+    "new limits": lambda world, hinge: world.sim.joints.set_interval(hinge, False, -0.5, 1.5),
+    "another mode": lambda world, hinge: world.sim.joints.change(hinge, motor=False),
+    "a target": lambda world, hinge: world.call("simxSetJointTargetPosition", hinge, 0.5),
+}
+
+
+@pytest.mark.parametrize("use", OF_JOINTS.values(), ids=OF_JOINTS)
+def test_joints_behind_a_removed_shape_are_where_the_model_has_them(
+    use: Callable[[World, int], object],
+) -> None:
+    seen: list[Any] = []
+    for compile_first in (True, False):
+        world = World(LATER_JOINTS)
+        hinge, wheel = world.handle("hinge"), world.handle("wheel")
+        world.call("simxSetJointPosition", hinge, 0.2)
+        world.call("simxSetJointPosition", wheel, -0.3)
+        world.call("simxRemoveObject", world.handle("box"))
+        assert world.sim.waiting is not None
+        if compile_first:
+            world.sim.compile_edits()
+        used = use(world, hinge)
+        assert world.sim.waiting is None
+        positions = [world.call("simxGetJointPosition", each) for each in (hinge, wheel)]
+        state = get_state(world.sim.model, world.sim.data).tolist()
+        seen.append([used, positions, world.sim.joints.interval(hinge), state])
+    assert seen[0] == seen[1]
+
+
 def test_models_are_placed_before_the_compile(compiles: list[int], tmp_path: Path) -> None:
     (tmp_path / "lamp.xml").write_text(LAMP, encoding="utf-8")
     world = World(SCENE, workspace=tmp_path)
