@@ -156,14 +156,19 @@ class Ros2Gateway(Gateway, Part):
         moment = self._moment()
         for outlet in self._offered.outlets:
             outlet.step(moment)
+        if self._offered.followed:
+            self._client.post(partial(self._follow, moment))
+
+    def _follow(self, moment: Moment) -> None:
+        """Execute the calls that are due after a simulation step, unless a stop or the next step came first."""
+        if moment != self._moment():
+            return
         for followed in self._offered.followed:
             try:
-                calls = followed.due(moment)
+                if calls := followed.due(moment):
+                    self._client.execute(calls)
             except Exception as problem:
                 self._client.failed(followed.name, problem)
-            else:
-                if calls:
-                    self._client.post(partial(self._client.execute, calls))
 
     def model_changed(self, twins: Twins | None) -> None:
         self._list_again()

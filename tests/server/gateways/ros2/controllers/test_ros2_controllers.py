@@ -105,6 +105,21 @@ def test_a_canceled_arm_stays_where_it_is(server: Ros2World, arm: ActionClient) 
     assert positions(server) == pytest.approx(before, abs=0.03)
 
 
+def test_no_target_of_a_trajectory_is_set_after_the_stop(server: Ros2World, arm: ActionClient) -> None:
+    joints, handle = server.simulation.joints, server.simulation.scene.resolve("UR5_joint1")
+    arm.peer.trigger("start")
+    assert arm.send(6, trajectory=trajectory(point(1000, GOAL)))
+    arm.next_feedback()
+
+    def stop_at_the_end_of_a_step() -> None:
+        server.gateway.step_finished()
+        server.simulation.stop()
+
+    server.on_server(stop_at_the_end_of_a_step)
+    assert arm.result(6)["status"] == ABORTED
+    assert server.on_server(lambda: joints.target_position(handle)) == 0
+
+
 def test_a_new_trajectory_replaces_the_one_before(server: Ros2World, arm: ActionClient) -> None:
     arm.peer.trigger("start")
     assert arm.send(4, trajectory=trajectory(point(1000, GOAL)))
