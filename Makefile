@@ -33,7 +33,7 @@ setup: $(READY) ## the virtual environment in .venv, with everything the other t
 
 # The stamp is touched last: an installation that broke off is begun again, and a changed pyproject.toml or lock renews
 # it. Only files with the lock's hashes are installed; what the lock has for that builds this project itself.
-$(READY): pyproject.toml $(LOCKS)/setup.lock hatch_build.py $(wildcard simx_server/*/native/*.[ch] simx_server/*/*/native/*.[ch])
+$(READY): pyproject.toml $(LOCKS)/setup.lock hatch_build.py $(wildcard $(foreach depth,* */* */*/*,simx_server/$(depth)/native/*.[ch]))
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  echo "simx needs Python 3.11 or newer; '$(PYTHON)' is" \
 	       "$$($(PYTHON) --version 2>/dev/null || echo 'not there')."; \

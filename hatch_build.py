@@ -1,4 +1,4 @@
-"""Compiles physics steps, distances, rays and inverse kinematics (`SOURCES`) where there is a C compiler.
+"""Compiles physics steps, distances, rays, inverse kinematics and V-REP's compression where there is a C compiler.
 
 Without one, or without MuJoCo's headers, the package is built all the same: all then run in Python, with equal
 results. `simx-server --doctor` says in which form each runs, and why.
@@ -26,6 +26,7 @@ SOURCES = (
     Path("simx_server/sensors/distance/native/_triangle_pairs.c"),
     Path("simx_server/sensors/proximity/native/_first_hit.c"),
     Path("simx_server/kinematics/least_squares/native/_least_squares.c"),
+    Path("simx_server/scene/formats/vrep/native/_huffman.c"),
 )
 
 PYREP_START = Path("packages/simx_pyrep.pth")

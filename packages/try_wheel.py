@@ -17,6 +17,7 @@ FORMS = (
     "sensors.distance.native",
     "sensors.proximity.native",
     "kinematics.least_squares.native",
+    "scene.formats.vrep.native",
 )
 
 OLD_SCRIPT = """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import compileall
-import functools
 import gc
 import logging
 import os
@@ -26,9 +25,7 @@ from simx_client.checking import regular as checked_functions
 from simx_client.checking import scene as checked_scene
 from simx_client.client.worlds import worker
 from simx_server.grading.attempt import attempt
-from simx_server.scene.formats.vrep import container
 from simx_server.scene.formats.vrep.conversion.geometry.colliding import decomposition
-from simx_server.scene.formats.vrep.huffman import decompress
 from simx_server.scene.trial import helper as trial_helper
 from simx_server.sensors.opengl import backend as opengl
 from simx_server.world import world as composition
@@ -365,19 +362,6 @@ def shared_probes() -> Iterator[None]:
     before, opengl.probe_in_child = opengl.probe_in_child, probe
     yield
     opengl.probe_in_child = before
-
-
-@pytest.fixture(autouse=True, scope="session")
-def kept_bodies() -> Iterator[None]:
-    """V-REP's files that tests open again and again are decompressed once, which is a third of an opening."""
-
-    @functools.lru_cache(maxsize=16)
-    def kept(data: bytes, start: int, length: int) -> memoryview:
-        return decompress(data, start, length).toreadonly()
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(container, "decompress", kept)
-        yield
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -12,6 +12,7 @@ from importlib import import_module, metadata
 from pathlib import Path
 
 from simx_client.protocol.cli.installing import DISTRIBUTION, by_extra, declared, line, name_of, package_line
+from simx_server.compiled import HOW_TO_COMPILE
 
 from .findings import OK, PROBLEM, WARNING, Finding
 
@@ -97,12 +98,13 @@ def check_memory(free: int | None = None) -> Finding:
 
 
 def check_compiled_forms() -> list[Finding]:
-    """Check in which form physics steps, distances, rays and inverse kinematics run; the results of both are equal."""
+    """Check in which form that runs which is written in C and in Python; the results of both are equal."""
     topics = {
         "physics steps": "joints.native",
         "distances": "sensors.distance.native",
         "rays": "sensors.proximity.native",
         "inverse kinematics": "kinematics.least_squares.native",
+        "V-REP's compression": "scene.formats.vrep.native",
     }
     return [_check_form(topic, f"simx_server.{package}.loading") for topic, package in topics.items()]
 
@@ -114,8 +116,6 @@ def _check_form(topic: str, module: str) -> Finding:
         return Finding(WARNING, topic, f"not known: {error}")
     if found.module is not None:
         return Finding(OK, topic, found.reason)
-    from simx_server.joints.native.loading import HOW_TO_COMPILE  # here, since it imports MuJoCo
-
     advice = (
         f"{HOW_TO_COMPILE}; results are equal without, and slower: physics steps up to five times, inverse kinematics "
         "a hundred times"

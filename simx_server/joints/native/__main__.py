@@ -2,7 +2,9 @@
 
 import sys
 
-from .loading import HOW_TO_COMPILE, form
+from simx_server.compiled import HOW_TO_COMPILE
+
+from .loading import form
 
 if __name__ == "__main__":
     module, reason = form()

@@ -8,16 +8,15 @@ mujoco package has loaded.
 from __future__ import annotations
 
 import ctypes
-import hashlib
 import os
 from collections.abc import Callable
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import NamedTuple
 
 import mujoco
+
+from simx_server.compiled import Form, import_compiled, source_hash
 
 VARIABLE = "SIMX_PHYSICS_STEP"
 """Environment variable: ``python`` leaves the compiled module unused, to compare the two forms."""
@@ -44,19 +43,6 @@ _FUNCTIONS = (
     "_mjPRIVATE_getGlobalLogHandler",
 )
 _LIBRARIES = "libmujoco.so.*", "libmujoco.*.dylib", "mujoco.dll"
-
-
-HOW_TO_COMPILE = "on Debian or Ubuntu: apt-get install gcc python3-dev, then install simx again"
-
-
-class Form(NamedTuple):
-    """The form in which something runs that is written in both languages."""
-
-    module: ModuleType | None
-    """The compiled module; None: Python."""
-
-    reason: str
-    """Which version is used, or why it is not the compiled one."""
 
 
 def compiled_module() -> ModuleType | None:
@@ -103,7 +89,7 @@ def _load_connected(source: Path, connect: Callable[[ModuleType], None]) -> Form
         source: its C file.
         connect: passes the addresses of MuJoCo's functions to the module.
     """
-    found = _import(source.stem, __package__)
+    found = import_compiled(source.stem, __package__)
     if (module := found.module) is None:
         return found
     if mujoco.mj_version() != module.HEADER:
@@ -117,45 +103,6 @@ def _load_connected(source: Path, connect: Callable[[ModuleType], None]) -> Form
     except (OSError, AttributeError, KeyError, StopIteration) as error:
         return Form(None, f"the functions of MuJoCo's library are not found ({error})")
     return Form(module, f"compiled for MuJoCo {mujoco.mj_versionString()}")
-
-
-def source_hash(source: Path = SOURCE) -> str:
-    """Return what the build writes into a module, to tell an old one from its source and the headers beside it."""
-    texts = (source, *sorted(source.parent.glob("*.h")))
-    return hashlib.sha256(b"".join(each.read_bytes() for each in texts)).hexdigest()[:16]
-
-
-def form_without_mujoco(source: Path, package: str | None, variable: str) -> Form:
-    """Return the form of what is compiled to a module that needs nothing of MuJoCo.
-
-    Args:
-        source: the C file.
-        package: the package of the module.
-        variable: environment variable that leaves the module unused: ``python``.
-    """
-    return (
-        Form(None, f"{variable} is python")
-        if os.environ.get(variable) == "python"
-        else _load_from(source, package)
-    )
-
-
-@cache
-def _load_from(source: Path, package: str | None) -> Form:
-    found = _import(source.stem, package)
-    if found.module is not None and source.exists() and source_hash(source) != found.module.SOURCE_HASH:
-        return Form(None, "the compiled module is older than its source")
-    return found
-
-
-def _import(name: str, package: str | None) -> Form:
-    """Return a compiled module, or why it cannot be imported: most often it was never compiled."""
-    try:
-        return Form(import_module(f"{package}.{name}"), "compiled")
-    except ModuleNotFoundError:
-        return Form(None, "the build of simx found no C compiler, or no headers of Python")
-    except ImportError as error:
-        return Form(None, f"the compiled module cannot be loaded ({error})")
 
 
 def _addresses() -> dict[str, int]:

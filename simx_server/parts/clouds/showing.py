@@ -83,7 +83,7 @@ def _replace(spec: Any, body: Any, shown: Shown, name: str) -> None:
         np.concatenate([values, np.repeat(values[-1:], missing, axis=0)])
         for values in (form.vertices, form.texture)
     )
-    give_points(spec, mesh, vertices, texture, form.faces)
+    give_points(spec, mesh, vertices, form.faces, coordinates=texture)
     height, width = form.image.shape[:2]
     image = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, nchannel=3)
     image.height, image.width, image.data = height, width, form.image.tobytes()

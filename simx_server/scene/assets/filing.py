@@ -54,7 +54,13 @@ def file_assets(spec: mujoco.MjSpec) -> None:
 
 
 def give_points(
-    spec: mujoco.MjSpec, mesh: Any, points: NDArray[Any], coordinates: NDArray[Any], faces: NDArray[Any]
+    spec: mujoco.MjSpec,
+    mesh: Any,
+    points: NDArray[Any],
+    faces: NDArray[Any],
+    *,
+    coordinates: NDArray[Any] | None = None,
+    normals: NDArray[Any] | None = None,
 ) -> None:
     """Give a new mesh its points as a file in memory. Lists of the spec are read and written value by value.
 
@@ -62,17 +68,14 @@ def give_points(
         spec: the spec that the mesh is in.
         mesh: a mesh without points.
         points: (n, 3) in metres, at least 4.
-        coordinates: (n, 2) of the texture.
         faces: (m, 3) indices of points.
+        coordinates: (n, 2) of the texture; None: it has none.
+        normals: (n, 3); None: MuJoCo computes them.
     """
-    none = np.zeros(0, "<f4")
-    parts = (
-        points.astype("<f4").ravel(),
-        none,
-        coordinates.astype("<f4").ravel(),
-        faces.astype("<i4").ravel(),
+    reals = (np.zeros(0) if each is None else each for each in (points, normals, coordinates))
+    _store(
+        spec, mesh, _bytes_of(*(each.astype("<f4").ravel() for each in reals), faces.astype("<i4").ravel())
     )
-    _store(spec, mesh, _bytes_of(*parts))
 
 
 def _store(spec: mujoco.MjSpec, mesh: Any, data: bytes) -> None:

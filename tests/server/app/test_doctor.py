@@ -23,6 +23,7 @@ from simx_server.app.doctor.child import ProbeFailed, run_probe
 from simx_server.app.doctor.findings import LEVELS, OK, PROBLEM, WARNING, Finding
 from simx_server.joints.native import loading as joints_loading
 from simx_server.kinematics.least_squares.native import loading as kinematics_loading
+from simx_server.scene.formats.vrep.native import loading as compression_loading
 from simx_server.sensors.distance.native import loading as distances_loading
 from simx_server.sensors.proximity.native import loading as rays_loading
 from simx_server.settings.settings import Settings
@@ -78,7 +79,7 @@ def test_everything_is_looked_at_and_the_exit_code_says_whether_it_works(
         found.setdefault(each["topic"], []).append(each)
     assert list(found) == [
         "python", "packages", "extras", "cores", "memory", "physics steps", "distances", "rays", "inverse kinematics",
-        "workspace", "port", "zenoh", "graphics", "image",
+        "V-REP's compression", "workspace", "port", "zenoh", "graphics", "image",
     ]  # fmt: skip
     assert found["zenoh"][0]["level"] == OK
     [image] = found["image"]
@@ -250,7 +251,9 @@ def test_little_memory_is_a_warning() -> None:
 
 @pytest.mark.parametrize(
     ("place", "loading"),
-    list(enumerate((joints_loading, distances_loading, rays_loading, kinematics_loading))),
+    list(
+        enumerate((joints_loading, distances_loading, rays_loading, kinematics_loading, compression_loading))
+    ),
 )
 def test_a_compiled_form_that_is_not_used_is_a_warning_with_the_reason(
     place: int, loading: ModuleType, monkeypatch: pytest.MonkeyPatch

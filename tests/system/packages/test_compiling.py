@@ -56,11 +56,11 @@ def test_the_modules_are_compiled_for_the_installed_mujoco(tree: Path, hook: Mod
     folders = [str(path.parent) for path in modules(tree, hook)]
     text = (
         f"import sys; sys.path[:0] = {folders!r}; import mujoco, _physics_step as m, _triangle_pairs as t; "
-        "import _least_squares as k, _first_hit as f, _crew as c; "
-        "print(m.HEADER == c.HEADER == mujoco.mj_version(), *(len(x.SOURCE_HASH) for x in (m, t, k, f, c)))"
+        "import _least_squares as k, _first_hit as f, _crew as c, _huffman as h; "
+        "print(m.HEADER == c.HEADER == mujoco.mj_version(), *(len(x.SOURCE_HASH) for x in (m, t, k, f, c, h)))"
     )
     done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ("True 16 16 16 16 16\n", "")
+    assert (done.stdout, done.stderr) == ("True 16 16 16 16 16 16\n", "")
 
 
 def test_without_a_compiler_no_module_is_left(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from types import ModuleType
 
-from simx_server.joints.native.loading import Form, form_without_mujoco
+from simx_server.compiled import Form, form_without_mujoco
 
 VARIABLE = "SIMX_LEAST_SQUARES"
 """Environment variable: ``python`` leaves the compiled module unused, to compare the two forms."""

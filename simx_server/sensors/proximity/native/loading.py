@@ -8,7 +8,7 @@ from types import ModuleType
 
 import numpy as np
 
-from simx_server.joints.native.loading import Form, form_without_mujoco
+from simx_server.compiled import Form, form_without_mujoco
 
 VARIABLE = "SIMX_FIRST_HIT"
 """Environment variable: ``python`` leaves the compiled module unused, to compare the two forms."""

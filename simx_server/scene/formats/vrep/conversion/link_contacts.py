@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
+from simx_server.scene.assets.filing import points_and_faces
 from simx_server.scene.naming.names import INTERNAL
 from simx_server.scene.poses.poses import IDENTITY, Pose, compose
 
@@ -119,7 +120,7 @@ def _model_of(spec: mujoco.MjSpec, parts: list[_Part]) -> mujoco.MjModel:
         body = alone.worldbody.add_body(pos=position, quat=turn)
         if geom.type == _MESH:
             mesh = alone.add_mesh(name=str(number), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
-            mesh.uservert = spec.mesh(geom.meshname).uservert
+            mesh.uservert = points_and_faces(spec, spec.mesh(geom.meshname))[0].ravel()
             body.add_geom(type=_MESH, meshname=mesh.name)
         else:
             body.add_geom(type=geom.type, size=list(geom.size))

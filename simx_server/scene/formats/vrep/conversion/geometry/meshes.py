@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_server.scene.assets.filing import give_points
 from simx_server.scene.formats.vrep.conversion.context import Conversion
 from simx_server.scene.formats.vrep.conversion.unique_names import UniqueNames
 from simx_server.scene.formats.vrep.objects import Leaf, TextureUse
@@ -78,11 +79,11 @@ class Meshes:
         mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
         missing = max(0, _FEWEST_POINTS - len(made.points))
         # Normals and texture coordinates belong to the points, so they need no further faces.
-        mesh.uservert, mesh.userface = _padded(made.points, missing), made.faces.ravel()
-        if made.normals is not None:
-            mesh.usernormal = _padded(made.normals, missing)
-        if made.texture is not None:
-            mesh.usertexcoord = _padded(made.texture, missing)
+        points, normals, texture = (
+            _padded(each, missing) for each in (made.points, made.normals, made.texture)
+        )
+        assert points is not None
+        give_points(self.spec, mesh, points, made.faces, coordinates=texture, normals=normals)
         return unique
 
 
@@ -119,8 +120,11 @@ def _of_corners(
     return np.where(is_reversed[:, np.newaxis, np.newaxis], taken[:, ::-1], taken)
 
 
-def _padded(rows: NDArray[np.float32], missing: int) -> NDArray[np.float32]:
-    return (np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)]) if missing else rows).ravel()
+def _padded(rows: NDArray[np.float32] | None, missing: int) -> NDArray[np.float32] | None:
+    """Return rows of a mesh, the last one as often as MuJoCo wants more of them."""
+    return (
+        rows if rows is None or not missing else np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)])
+    )
 
 
 def _digest(*contents: object) -> bytes:

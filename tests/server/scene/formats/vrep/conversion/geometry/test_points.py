@@ -52,8 +52,11 @@ def world_of(folder: Path, cloud: PointCloud) -> World:
     world.add_site(name="eye", pos=[0, 0, 2], quat=[0, 1, 0, 0])
     conversion.annotate("proximity", "eye", type="cone", angle_deg=20, range=3)
     conversion.write_notes()
-    for name, data in spec.assets.items():
-        (folder / name).write_bytes(data)
+    for each in (*spec.meshes, *spec.textures):
+        data = spec.assets[each.file]
+        each.file = Path(each.file).name
+        spec.assets[each.file] = data
+        (folder / each.file).write_bytes(data)
     spec.compile()
     (folder / "scene.xml").write_text(spec.to_xml())
     return World(file=folder / "scene.xml")
