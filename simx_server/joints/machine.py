@@ -59,7 +59,7 @@ class Machine:
 
     @property
     def _bindings(self) -> Mapping[int, Binding]:
-        """Where the joints are in the model, in which edits that wait are compiled first: they move the ids."""
+        """Return where the joints are in the model. Edits that wait move the ids, so they are compiled first."""
         if self._sim.waiting is not None:
             self._sim.compile_edits()
         return self._bound
