@@ -72,10 +72,10 @@ def give_points(
         coordinates: (n, 2) of the texture; None: it has none.
         normals: (n, 3); None: MuJoCo computes them.
     """
-    reals = (np.zeros(0) if each is None else each for each in (points, normals, coordinates))
-    _store(
-        spec, mesh, _bytes_of(*(each.astype("<f4").ravel() for each in reals), faces.astype("<i4").ravel())
-    )
+    none = np.zeros(0)
+    reals = points, none if normals is None else normals, none if coordinates is None else coordinates
+    vertices, directions, places = (each.astype("<f4").ravel() for each in reals)
+    _store(spec, mesh, _bytes_of(vertices, directions, places, faces.astype("<i4").ravel()))
 
 
 def _store(spec: mujoco.MjSpec, mesh: Any, data: bytes) -> None:
