@@ -118,6 +118,7 @@ class Velocities(Part):
         return motion[3:].tolist(), motion[:3].tolist()
 
     def _poses(self, item: SceneObject) -> tuple[Pose, Pose]:
+        self._sim.compile_edits()  # the object has the number of the new model, and so have the poses then
         before, after = map(self._copies.poses, (self._before, self._after))
         if item.element in POSES:
             return _pose(before, item.element, item.id), _pose(after, item.element, item.id)

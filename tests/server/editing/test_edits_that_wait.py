@@ -303,6 +303,21 @@ def test_joints_behind_a_removed_shape_are_where_the_model_has_them(
     assert seen[0] == seen[1]
 
 
+def test_velocities_behind_a_removed_shape_are_those_of_the_same_objects() -> None:
+    seen: list[Any] = []
+    for compile_first in (True, False):
+        world = World(LATER_JOINTS)
+        ball, pole = world.handle("ball"), world.handle("pole")
+        world.run(3)
+        world.call("simxRemoveObject", world.handle("box"))
+        assert world.sim.waiting is not None
+        if compile_first:
+            world.sim.compile_edits()
+        seen.append([world.call("simxGetObjectVelocity", each) for each in (ball, pole)])
+    assert seen[0] == seen[1]
+    assert seen[0][0] != seen[0][1]
+
+
 def test_models_are_placed_before_the_compile(compiles: list[int], tmp_path: Path) -> None:
     (tmp_path / "lamp.xml").write_text(LAMP, encoding="utf-8")
     world = World(SCENE, workspace=tmp_path)
