@@ -83,7 +83,7 @@ def test_model_and_its_copy_are_vreps(world: Open, file: str) -> None:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_scene_stands_still_for_twenty_seconds(world: Open, scene: str) -> None:
+def test_scene_stands_still_for_ten_seconds(world: Open, scene: str) -> None:
     opened, client = world(scene)
     if scene in arm_stock.SCENES:
         check_stock(opened, client, arm_stock.SCENES[scene])

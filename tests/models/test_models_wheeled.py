@@ -105,7 +105,7 @@ def place_of(client: int, base: int, ahead: float) -> tuple[float, float]:
     return x + ahead * math.cos(heading), y + ahead * math.sin(heading)
 
 
-def test_pioneer_drives_by_its_sensors_for_a_minute_and_its_odometry_holds(
+def test_pioneer_drives_by_its_sensors_and_its_odometry_holds(
     world: Open, record_property: Callable[[str, str], None]
 ) -> None:
     opened, client = world("pioneer_p3dx")
@@ -116,7 +116,7 @@ def test_pioneer_drives_by_its_sensors_for_a_minute_and_its_odometry_holds(
     places = [place_of(client, robot.base, 0.0445)]
     robot.x, robot.y = places[0]
     nearest = 9.0
-    for _ in range(240):
+    for _ in range(120):
         distances = read_distances(client, sensors, 1.0)
         nearest = min(nearest, *distances)
         robot.set(*pioneer_velocities(distances))
@@ -131,8 +131,8 @@ def test_pioneer_drives_by_its_sensors_for_a_minute_and_its_odometry_holds(
         "figures",
         f"pioneer: {path:.1f} m, nothing nearer than {nearest:.2f} m, odometry off by {error:.3f} m",
     )
-    assert path > 8.0
-    assert max(x for x, _ in places) - min(x for x, _ in places) > 2.0
+    assert path > 4.0
+    assert max(x for x, _ in places) - min(x for x, _ in places) > 1.5
     assert robot.path == pytest.approx(path, rel=0.02)
     assert error < 0.02 * path
 
