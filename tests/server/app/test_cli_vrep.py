@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from vrep_writer import VrepWriter
 
-from simx_server.app import cli
+from simx_server.app import cli, import_report
+from simx_server.app.rehearsal import Rehearsal
 from simx_server.sensors.opengl.early_probe import may_have_cameras
 
 pytestmark = pytest.mark.system
@@ -43,7 +44,10 @@ def test_name_without_ending_is_enough(
     assert capsys.readouterr().out.startswith("my lab: 2 objects")
 
 
-def test_report_is_for_people_and_for_programs(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_report_is_for_people_and_for_programs(
+    file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(import_report, "rehearse", lambda *_: Rehearsal())  # a process; see test_rehearsal.py
     assert cli.main([str(file), "--import-report"]) == 0
     text = capsys.readouterr().out
     assert text.startswith("my lab.ttt, saved by version 3.5.0: ")
