@@ -126,5 +126,5 @@ def test_the_hand_reaches_its_target_by_the_sign_of_the_force_read(client: int) 
 
 
 def test_the_other_sign_drives_the_hand_away(client: int) -> None:
-    distances = reach(client, 600, lambda *joint: -read_force(*joint))
+    distances = reach(client, 300, lambda *joint: -read_force(*joint))
     assert max(distances) > 3 * distances[0]

@@ -81,7 +81,7 @@ def assert_same(one: Detection | None, other: Detection | None) -> None:
     assert one.handle == other.handle
 
 
-@settings(max_examples=many(14), deadline=None)
+@settings(max_examples=many(7), deadline=None)
 @given(look=st.sampled_from(LOOKS), seed=st.integers(0, 2**32 - 1))
 def test_together_each_detects_what_it_detects_alone(look: str, seed: int) -> None:
     world = ring(look, seed)
@@ -93,7 +93,7 @@ def test_together_each_detects_what_it_detects_alone(look: str, seed: int) -> No
         assert_same(sensors.read(eye), sensors.check(eye, ALL))
 
 
-@settings(max_examples=many(14), deadline=None)
+@settings(max_examples=many(7), deadline=None)
 @given(look=st.sampled_from(LOOKS), seed=st.integers(0, 2**32 - 1))
 def test_what_is_dropped_beforehand_would_not_be_detected(look: str, seed: int) -> None:
     """The nearest of what is detected of each shape alone; curved ones are compared by their triangles (5 %)."""

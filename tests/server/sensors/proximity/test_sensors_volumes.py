@@ -59,7 +59,7 @@ def test_no_point_within_the_volume_is_nearer(name: str) -> None:
     volume: Volume = VOLUMES[name]
     random = np.random.default_rng(7)
     detected = 0
-    for _ in range(40):
+    for _ in range(20):
         triangles = box(random)
         squares, (point,), (index,) = nearest_points(volume, triangles, np.full(1, math.inf))
         points = points_on(triangles, random, 1500)
@@ -74,7 +74,7 @@ def test_no_point_within_the_volume_is_nearer(name: str) -> None:
         assert abs(triangles.normals[index] @ point - triangles.heights[index]) < 1e-9
         if len(within):
             assert distance <= np.linalg.norm(within, axis=1).min() + 1e-7
-    assert detected > 10
+    assert detected > 5
 
 
 def scene(sensor: str, obstacle: str, more: str = "") -> World:
