@@ -43,9 +43,12 @@ NAMES = (
 
 
 def use_names(world: ScriptWorld) -> None:
-    for name in NAMES:
-        world.lua(f"{name} = sim.getObject('/{name}', {{noError=true}})")
-        world.lua(f"if {name} == -1 then {name} = sim.getObjectHandle('{name}@silentError') end")
+    lines = (
+        f"{name} = sim.getObject('/{name}', {{noError=true}}) "
+        f"if {name} == -1 then {name} = sim.getObjectHandle('{name}@silentError') end"
+        for name in NAMES
+    )
+    world.lua("\n".join(lines))
 
 
 @pytest.fixture(autouse=True)
