@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 from handler_calls import World
-from seeds import seeds
+from seeds import many, seeds
 
 from simx_server.errors import CommandError, UnknownHandle, WrongKind
 from simx_server.scene.formats.loader import SceneError, load_text
@@ -437,7 +437,7 @@ def test_points_of_parallel_surfaces_do_not_depend_on_what_was_measured_before()
     p = np.stack([x, y, np.zeros_like(x)], axis=2)
     a, b, c, d = p[:-1, :-1], p[:-1, 1:], p[1:, 1:], p[1:, :-1]
     flat = np.concatenate([np.stack(t, 2).reshape(-1, 3, 3) for t in ((a, b, c), (a, c, d))])
-    for turn in map(_rotation, random.normal(size=(40, 4))):
+    for turn in map(_rotation, random.normal(size=(many(15), 4))):
         tree = BoxTree(turned(flat, turn.T))  # slanted, so that rounding decides which pair is the nearest
         places = turned(np.array([(0.0, 0.0, 0.0), (0.1, 0.2, 0.5)]), turn.T)
         one, other = (Placed(tree, np.eye(3), place) for place in places)

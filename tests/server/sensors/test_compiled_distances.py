@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scenes_for_tests import world_of
-from seeds import seeds
+from seeds import many, seeds
 
 from simx_server.scene.geometry.triangles import Array
 from simx_server.sensors.distance.box_tree import BoxTree, Placed
@@ -120,7 +120,7 @@ def test_both_forms_take_surfaces_without_triangles_and_triangles_without_an_are
 
 def test_both_forms_find_the_same_point_of_surfaces_that_meet(monkeypatch: pytest.MonkeyPatch) -> None:
     random = np.random.default_rng(5)
-    for _ in range(20):
+    for _ in range(many(8)):
         first, second = (
             Placed(BoxTree(blob(random)), turn(random), random.normal(size=3) * 0.3) for _ in range(2)
         )
