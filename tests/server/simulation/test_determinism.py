@@ -149,25 +149,34 @@ def _viewer(place: RealWorld) -> int:
     return client
 
 
-def test_clients_of_two_server_processes_read_the_same_numbers(busy: str) -> None:
-    courses = []
-    for _ in range(2):
-        with server(busy, "--speed", "max") as process:
-            client = v.simxStart("127.0.0.1", process.port, True, True, 5000, 5)
-            courses.append(run(client))
-            v.simxFinish(client)
-    assert courses[0] == courses[1]
+def of_a_process(scene: str | Path) -> list[list[float]]:
+    """A run on a server in a separate process."""
+    with server(scene, "--speed", "max") as process:
+        client = v.simxStart("127.0.0.1", process.port, True, True, 5000, 5)
+        course = run(client)
+        v.simxFinish(client)
+    return course
+
+
+@pytest.fixture(scope="module")
+def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> list[list[float]]:
+    """A run of the busy scene on a server in a separate process."""
+    path = tmp_path_factory.mktemp("elsewhere") / "busy.xml"
+    path.write_text(BUSY)
+    return of_a_process(path)
+
+
+def test_clients_of_two_server_processes_read_the_same_numbers(
+    busy: str, elsewhere: list[list[float]]
+) -> None:
+    assert of_a_process(busy) == elsewhere
 
 
 @pytest.mark.skipif(missing() is not None, reason="needs the extra viewer")
 def test_a_run_is_the_same_while_a_page_is_looked_at_and_its_recording_replays(
-    busy: str, tmp_path: Path
+    busy: str, elsewhere: list[list[float]], tmp_path: Path
 ) -> None:
     recording = tmp_path / "run.simxlog"
-    with server(busy, "--speed", "max") as plain:
-        client = v.simxStart("127.0.0.1", plain.port, True, True, 5000, 5)
-        expected = run(client)
-        v.simxFinish(client)
     with server(busy, "--speed", "max", "--view", "0", "--record", recording) as watched:
         url = read_line(watched.process, 60).split()[1]
         pictures: list[int] = []
@@ -179,7 +188,7 @@ def test_a_run_is_the_same_while_a_page_is_looked_at_and_its_recording_replays(
 
         with looking(url, 1, lambda _, window: pictures.append(len(window))):
             client = v.simxStart("127.0.0.1", watched.port, True, True, 5000, 5)
-            assert run(client, after_step=see) == expected
+            assert run(client, after_step=see) == elsewhere
             v.simxFinish(client)
         watched.process.terminate()
         assert watched.process.wait(20) == 0
