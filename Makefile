@@ -72,8 +72,8 @@ soak: $(READY) ## eight clients for SECONDS (600), some of which die: the server
 siege: $(READY) ## hostile clients for SECONDS (600); ROLES="calls edits" for some: others must still be answered
 	@PYTHONPATH=$(CURDIR):$(CURDIR)/tests:$(CURDIR)/tests/support:$(CURDIR)/tests/support/worlds:$(CURDIR)/tests/support/gateways $(BIN)/python tests/system/load/siege.py $(SECONDS) $(ROLES)
 
-sweep: $(READY) ## random tests with TIMES (3) as many cases as in the suite
-	@SWEEP=$(TIMES) $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile $$(grep -rl "^from seeds import" tests)
+sweep: $(READY) ## random tests with TIMES (3) as many cases as in the suite, and tests of some files with all of them
+	@SWEEP=$(TIMES) $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile $$(grep -rl "^from \(seeds\|vrep_samples\) import" tests)
 
 crashes: $(READY) ## kill a supervised server COUNT times (50) while clients of all ways in use it
 	@PYTHONPATH=tests:tests/support:tests/support/worlds:tests/support/gateways $(BIN)/python tests/system/load/crashes.py $(COUNT)

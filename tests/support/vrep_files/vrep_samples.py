@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from handler_calls import QuickPainter, World
+from seeds import chosen
 
 from simx_server.scene.formats.loader import build
 from simx_server.scene.formats.vrep.converting import convert
@@ -18,19 +19,54 @@ FOLDER = Path(__file__).resolve().parents[4] / "shared" / "ttt-samples"
 
 ALL = sorted(path for path in FOLDER.rglob("*") if path.suffix in (".ttt", ".ttm"))
 
+OF_EACH_KIND = (
+    "1-singleIkGroupWithSingleIkElement-undamped",
+    "2D laser scanner",
+    "7 DoF manipulator",
+    "Blob detection camera",
+    "Generic prismatic motor",
+    "Generic revolute servo with backslash",
+    "MTB robot",
+    "MyDifferentialDriveModel",
+    "MyLineFollower",
+    "Working_Bill",
+    "blocosControlaveis",
+    "customizable table",
+    "dockstation",
+    "drill tool",
+    "minimumDistanceCalculationDemo",
+    "path planning Bill",
+    "short conveyor belt",
+    "suction pad",
+    "terrain bump",
+    "velodyne VPL-16",
+)
+"""Files that have, together, all that is in any of them: objects, modes, surfaces (`test_vrep_samples`)."""
+
 needs_samples = pytest.mark.skipif(not ALL, reason="the sample files of V-REP are not here")
 
-_one_by_one = pytest.mark.parametrize(
-    "path",
-    ALL or [pytest.param(None, marks=needs_samples)],
-    ids=lambda path: path.stem if path else "none",
-    scope="module",  # all tests of a file with one sample follow each other
-)
+SOME = chosen(ALL, [path for path in ALL if path.stem in OF_EACH_KIND])
+"""For tests that take long with a file; in a sweep all."""
 
 
 def each_sample(test: Callable[..., None]) -> Callable[..., None]:
     """Mark a test that takes the path of a sample; meshes are decomposed coarsely."""
-    return pytest.mark.usefixtures("coarse_parts")(_one_by_one(test))
+    return _with_each(ALL)(test)
+
+
+def each_kind_of_sample(test: Callable[..., None]) -> Callable[..., None]:
+    """Mark a test in the same way for `SOME` of the samples."""
+    return _with_each(SOME)(test)
+
+
+def _with_each(paths: list[Path]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    one_by_one = pytest.mark.parametrize(
+        "path",
+        paths or [pytest.param(None, marks=needs_samples)],
+        ids=lambda path: path.stem if path else "none",
+        scope="module",  # all tests of a file with one sample follow each other
+    )
+    return lambda test: pytest.mark.usefixtures("coarse_parts")(one_by_one(test))
 
 
 def sample(name: str) -> Path:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from saved_worlds import close_worlds
-from vrep_samples import each_sample, needs_samples, sample
+from vrep_samples import each_kind_of_sample, needs_samples, sample
 from vrep_worlds import VrepWorld, changes
 from vrep_writer import VrepWriter
 
@@ -24,7 +24,7 @@ def _scripts_end(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @needs_samples
-@each_sample
+@each_kind_of_sample
 def test_the_same_bytes_are_written(path: Path) -> None:
     assert VrepWorld(path).body() == bytes(unpack(path.read_bytes())[1])
 

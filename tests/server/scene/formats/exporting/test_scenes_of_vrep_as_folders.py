@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from same_worlds import assert_same_model, assert_same_world, opened
-from vrep_samples import each_sample
+from vrep_samples import each_kind_of_sample
 
 from simx_server.scene.formats.exporting.folder import write_folder
 from simx_server.scene.formats.sources import Sources
@@ -15,7 +15,7 @@ from simx_server.scene.formats.sources import Sources
 pytestmark = pytest.mark.slow
 
 
-@each_sample
+@each_kind_of_sample
 def test_folder_of_a_sample_gives_the_same_world(
     path: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

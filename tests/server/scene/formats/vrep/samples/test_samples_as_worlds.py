@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from handler_calls import World
-from vrep_samples import decoded, each_sample, world_of
+from vrep_samples import decoded, each_kind_of_sample, world_of
 
 from simx_server.scene.formats.vrep.conversion.structure import children_of, motion_of
 from simx_server.scene.formats.vrep.objects import Joint, JointType, VrepFile
@@ -34,7 +34,7 @@ def world_poses(file: VrepFile) -> dict[int, Pose]:
     return found
 
 
-@each_sample
+@each_kind_of_sample
 @pytest.mark.usefixtures("decomposes_nothing")
 def test_every_object_has_the_name_parent_and_frame_of_the_file(path: Path) -> None:
     file, world = opened(path)
@@ -53,7 +53,7 @@ def test_every_object_has_the_name_parent_and_frame_of_the_file(path: Path) -> N
         assert here[:, axes] == pytest.approx(there[:, axes], abs=1e-4), item.name
 
 
-@each_sample
+@each_kind_of_sample
 @pytest.mark.usefixtures("decomposes_nothing")
 def test_every_joint_has_the_position_and_limits_of_the_file(path: Path) -> None:
     file, world = opened(path)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from vrep_samples import decoded, each_sample, world_of
+from vrep_samples import decoded, each_kind_of_sample, world_of
 
 from simx_server.scene.formats.vrep.objects import Joint, Shape
 
 STEPS = 10
 
 
-@each_sample
+@each_kind_of_sample
 def test_half_a_second_passes_without_a_jump(path: Path) -> None:
     file, world = decoded(path), world_of(path)
     sim = world.sim

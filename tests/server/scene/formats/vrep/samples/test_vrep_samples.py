@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from enum import Enum
 from functools import cache
 from pathlib import Path
 
 import numpy as np
+from vrep_samples import ALL, OF_EACH_KIND, each_sample, needs_samples
 from vrep_samples import decoded as decode
-from vrep_samples import each_sample
 
 from simx_server.scene.formats.vrep.chunks import MARKERS, Body, heads
 from simx_server.scene.formats.vrep.container import unpack
@@ -178,3 +179,25 @@ def test_paths_that_are_closed_end_where_they_begin(path: Path) -> None:
             )
             gap = float(np.linalg.norm(ends[0] - ends[1]))
             assert not item.is_closed or gap <= 1.5 * longest, item.name
+
+
+def kinds(path: Path) -> set[object]:
+    """What tests of files in general may meet in this one: objects, modes, surfaces, and lists of the file."""
+    file, found = decoded(path), set[object]()
+    for item in file.objects.values():
+        for name, value in vars(item).items():
+            if isinstance(value, (bool, Enum)):
+                found.add((type(item), name, value))
+            elif isinstance(value, (list, dict)) and value:
+                found.add((type(item), name))
+        if isinstance(item, Joint):
+            found.add((item.type, item.mode))
+        if isinstance(item, Shape):
+            found |= {leaf.primitive for leaf in item.leaves} | {leaf.is_convex for leaf in item.leaves}
+    return found | {name for name, value in vars(file).items() if isinstance(value, (list, dict)) and value}
+
+
+@needs_samples
+def test_the_samples_of_each_kind_have_all_that_is_in_any_of_them() -> None:
+    some = set[object]().union(*(kinds(path) for path in ALL if path.stem in OF_EACH_KIND))
+    assert set[object]().union(*map(kinds, ALL)) - some == set()
