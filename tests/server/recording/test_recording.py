@@ -13,6 +13,7 @@ from busy_scene import BUSY
 from processes import PENDULUM, read_line, running, server, spawn, wait_until
 from real_world import BLOCKING, handle_of, start_stepped
 from recordings import Actor, blocks, kinds, record_steps, recorded, replay, rewrite, send_in_one
+from seeds import seeds
 
 import simx_client as v
 from simx_client.protocol.cli.exit_codes import DIVERGED, DONE, FAILURE, INCOMPLETE
@@ -53,7 +54,7 @@ def plain(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", seeds(2))
 def test_session_of_chance_stepped_and_not_replays_to_the_same_states(
     seed: int, busy: Path, recording: Path
 ) -> None:

@@ -42,7 +42,7 @@ def plain(payload: bytes) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize("count", [0, 3, 300, 66_000, 200_001])
+@pytest.mark.parametrize("count", [0, 3, 300, 66_000])
 @pytest.mark.parametrize("span", [20, 5_000, 1_000_000, 400_000_000])
 def test_packed_indices_come_out_as_they_went_in(count: int, span: int) -> None:
     source = random.Random(count + span)
