@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from simx_server.editing import object_flags, shape_looks
+from simx_server.editing import object_flags
 from simx_server.errors import CommandError
 from simx_server.handlers.objects import bounding_box
 from simx_server.handlers.quantities.engine import ENGINE
@@ -29,8 +29,9 @@ _NOT_COMPARED = {
     *("handle", "objectUid", "parentUid", "persistentUid", "dna", "detachedScript", "meshes"),
     *("selected", "selectionHandles", "objectHandles", "orphanHandles", "scenePath", "sceneUid"),
     *("calcRotationAxis", "detectedObject", "depthBuffer", "imageBuffer", "packedDepthBuffer"),
+    *("vertices", "indices", "normals"),
 }
-"""Properties that belong to a session, or to a measurement."""
+"""Properties that belong to a session, or to a measurement, or follow from the geoms, which `_geom` compares."""
 
 _OF_HANDLES = ("entity", "link_dummy", "dependency_id", "handle")
 """Parts of the names of parameters whose values are handles."""
@@ -57,12 +58,10 @@ def listing(world: World) -> dict[str, Quantities]:
 
 @contextmanager
 def _computed_once() -> Iterator[None]:
-    """Compute each box and the triangles of each shape once: each of their numbers is one quantity."""
+    """Compute each box once: each of its numbers is one quantity."""
     with pytest.MonkeyPatch.context() as patch:
-        for module, name in ((bounding_box, "of_object"), (shape_looks, "triangles")):
-            patch.setattr(module, name, _remembering(getattr(module, name)))
+        patch.setattr(bounding_box, "of_object", _remembering(bounding_box.of_object))
         patch.setattr(bounding_box, "own_box", _remembering_boxes(bounding_box.own_box))
-        patch.setattr(shape_looks, "indexed", _indexed)
         yield
 
 
@@ -90,18 +89,6 @@ def _remembering_boxes(compute: Callable[..., Any]) -> Callable[..., Any]:
         return known[key]
 
     return get
-
-
-def _indexed(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The result of `shape_looks.indexed` in a fifth of its time; zeros may have the other sign."""
-    points = corners.reshape(-1, 3).round(9)
-    order = np.lexsort(points.T[::-1])
-    points = points[order]
-    is_new = np.ones(len(points), bool)
-    is_new[1:] = (points[1:] != points[:-1]).any(axis=1)
-    index = np.empty(len(points), np.int64)
-    index[order] = np.cumsum(is_new) - 1
-    return points[is_new], index.reshape(-1, 3)
 
 
 def differences(
@@ -242,6 +229,11 @@ def _geom(model: mujoco.MjModel, geom: int) -> list[Any]:
         mesh = model.mesh(int(model.geom_dataid[geom]))
         start = int(mesh.vertadr[0])
         row.append(model.mesh_vert[start : start + int(mesh.vertnum[0])].astype(float))
+        start = int(mesh.faceadr[0])
+        row.append(model.mesh_face[start : start + int(mesh.facenum[0])])
+    elif model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_HFIELD:
+        field = model.hfield(int(model.geom_dataid[geom]))
+        row += [field.size.tolist(), field.nrow.item(), field.data.astype(float)]
     material = int(model.geom_matid[geom])
     if material >= 0:
         row += [model.mat_rgba[material].tolist(), float(model.mat_specular[material])]
