@@ -144,7 +144,6 @@ DEFAULT = "<default class='d{0}'>"
 LOOSE = "<body><freejoint/><geom size='1'/></body>"
 CHAIN = "<body><joint/><geom size='.1'/>"
 BOMBS = {
-    "nkey": '<size nkey="100000000"/>',
     "nuserdata": '<size nuserdata="2000000000"/>',
     "nuser_geom": '<size nuser_geom="200000000"/><worldbody><geom size="1"/></worldbody>',
     "memory": '<size memory="64G"/>',

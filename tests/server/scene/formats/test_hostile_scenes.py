@@ -17,7 +17,7 @@ from simx_server.scene.formats.loader import load_scene, load_text
 
 pytestmark = pytest.mark.slow
 
-CASES = many(250)
+CASES = many(120)
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from saved_worlds import close_worlds
+from seeds import chosen
 from vrep_samples import each_kind_of_sample, needs_samples, sample
 from vrep_worlds import VrepWorld, changes
 from vrep_writer import VrepWriter
@@ -61,7 +62,9 @@ def test_each_version_is_written_again(ser: int, tmp_path: Path) -> None:
 
 
 @needs_samples
-@pytest.mark.parametrize("scene", ["robot.ttt", "controlledViaLegacyRemoteApi.ttt"])
+@pytest.mark.parametrize(
+    "scene", chosen(["robot.ttt", "controlledViaLegacyRemoteApi.ttt"], ["controlledViaLegacyRemoteApi.ttt"])
+)
 def test_models_come_along_with_meshes_textures_scripts_and_entries(scene: str, tmp_path: Path) -> None:
     world = VrepWorld(sample(scene))
     for name in ("MTB robot.ttm", "Hokuyo URG 04LX UG01_Fast.ttm", "customizable table.ttm"):

@@ -12,7 +12,7 @@ from simx_server.scene.formats.vrep.reading import read_file
 
 pytestmark = pytest.mark.slow
 
-CASES = many(250)
+CASES = many(120)
 
 
 def test_no_file_is_more_than_an_error() -> None:
