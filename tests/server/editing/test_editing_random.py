@@ -88,7 +88,7 @@ def check_tree(world: World) -> None:
     assert len(names) == len(set(names))
 
 
-@pytest.mark.parametrize("seed", seeds(2))
+@pytest.mark.parametrize("seed", seeds(1))
 def test_random_edits_leave_a_tree_and_stop_restores_it(seed: int) -> None:
     choose, world, edited = random.Random(seed), World(file=SCENE), 0
     before: dict[int, tuple[str, int]] | None = None
@@ -178,7 +178,7 @@ def extreme_change(sim: Simulation, choose: random.Random) -> tuple[str, list[An
     )
 
 
-@pytest.mark.parametrize("seed", seeds(2))
+@pytest.mark.parametrize("seed", seeds(1))
 def test_extreme_numbers_end_in_a_result_or_a_text_and_the_simulation_still_steps(
     seed: int, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -213,20 +213,20 @@ ADDITIONS: dict[str, tuple[Callable[[World], object], int]] = {
 
 
 @pytest.mark.parametrize(("add", "count"), ADDITIONS.values(), ids=ADDITIONS)
-def test_fifty_additions_are_one_compile(
+def test_twenty_additions_are_one_compile(
     add: Callable[[World], object], count: int, compiles: list[int], tmp_path: Path
 ) -> None:
     (tmp_path / "lamp.xml").write_text(LAMP, encoding="utf-8")
     world = World(SCENE, workspace=tmp_path)
     before, first = len(world.sim.scene.objects), world.sim.scene.next_handle
-    for _ in range(50):
+    for _ in range(20):
         add(world)
     assert not compiles
     objects = world.sim.scene.objects
-    assert len(objects) == before + 50 * count
-    assert list(objects)[before:] == list(range(first, first + 50 * count))
+    assert len(objects) == before + 20 * count
+    assert list(objects)[before:] == list(range(first, first + 20 * count))
     assert len({item.name for item in objects.values()}) == len(objects)
-    assert world.sim.model.nbody > 14 + 49
+    assert world.sim.model.nbody > 14 + 19
     assert len(compiles) == 1
     check_numbers(world)
 

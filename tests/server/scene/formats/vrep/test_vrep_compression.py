@@ -112,7 +112,7 @@ def test_sizes_around_that_of_small_bodies_are_decoded(size: int) -> None:
 def test_a_body_that_is_cut_off_is_an_error(size: int) -> None:
     text = some_bytes(5, size, 90, 0.5)
     packed = compress(text)
-    for end in (*range(0, len(packed), max(1, len(packed) // 40)), len(packed) - 1):
+    for end in (*range(0, len(packed), max(1, len(packed) // 12)), len(packed) - 1):
         with pytest.raises(SceneError, match="cut off"):
             decompress(packed[:end], 0, size)
 

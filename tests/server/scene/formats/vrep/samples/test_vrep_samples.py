@@ -182,7 +182,7 @@ def test_paths_that_are_closed_end_where_they_begin(path: Path) -> None:
 
 
 def kinds(path: Path) -> set[object]:
-    """What tests of files in general may meet in this one: objects, modes, surfaces, and lists of the file."""
+    """The objects, modes, surfaces and lists that a test of files in general may meet in this one."""
     file, found = decoded(path), set[object]()
     for item in file.objects.values():
         for name, value in vars(item).items():
