@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 nbclient = pytest.importorskip("nbclient")
 nbformat = pytest.importorskip("nbformat")
 pytest.importorskip("ipykernel")
+run_sync = pytest.importorskip("jupyter_core.utils").run_sync
 
 pytestmark = [
     pytest.mark.slow,
@@ -23,12 +25,33 @@ NOTEBOOKS = Path(__file__).parents[2] / "examples" / "notebooks"
 NAMES = sorted(each.stem for each in NOTEBOOKS.glob("*.ipynb"))
 
 
-def executed(name: str) -> tuple[str, list[str]]:
-    """Run a notebook; return its text output, and the types of all its outputs."""
+@pytest.fixture(scope="module")
+def kernels() -> Iterator[list[Any]]:
+    """The manager of the kernel that all notebooks share, once there is one: it imports the simulator once."""
+    managers: list[Any] = []
+    yield managers
+    for manager in managers:
+        run_sync(manager.shutdown_kernel)(now=True)
+
+
+def execute(notebook: Any, kernels: list[Any]) -> None:
+    client = nbclient.NotebookClient(
+        notebook,
+        km=kernels[0] if kernels else None,
+        timeout=300,
+        kernel_name="python3",
+        resources={"metadata": {"path": str(NOTEBOOKS)}},
+    )
+    client.execute(cleanup_kc=False)
+    client.kc.stop_channels()
+    kernels[:] = [client.km]
+
+
+def executed(name: str, kernels: list[Any]) -> tuple[str, list[str]]:
+    """Run a notebook; return its text output, and the types of all its outputs. No name is left for the next one."""
     notebook = nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4)
-    nbclient.NotebookClient(
-        notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(NOTEBOOKS)}}
-    ).execute()
+    execute(notebook, kernels)
+    execute(nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("%reset -f")]), kernels)
     outputs: list[Any] = [
         output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs
     ]
@@ -46,21 +69,21 @@ def test_four_notebooks_ship_without_outputs() -> None:
         assert not any(cell.get("outputs") for cell in notebook.cells)
 
 
-def test_an_old_script_moves_the_arm() -> None:
-    text, _ = executed("old_script")
+def test_an_old_script_moves_the_arm(kernels: list[Any]) -> None:
+    text, _ = executed("old_script", kernels)
     assert "[0.48" in text  # 0.9 m times the cosine of 1 rad
     assert "0.75" in text
 
 
-def test_an_own_scene_is_seen_in_a_cell() -> None:
-    text, kinds = executed("your_scene")
+def test_an_own_scene_is_seen_in_a_cell(kernels: list[Any]) -> None:
+    text, kinds = executed("your_scene", kernels)
     assert "ball: Shape" in text
     assert "the ball fell from 0.59 m to 0.05 m" in text
     assert "image/png" in kinds
 
 
-def test_training_gets_better() -> None:
-    text, _ = executed("train")
+def test_training_gets_better(kernels: list[Any]) -> None:
+    text, _ = executed("train", kernels)
     means = [
         float(line.split("mean ")[1].split(",")[0]) for line in text.splitlines() if "generation" in line
     ]
@@ -69,6 +92,6 @@ def test_training_gets_better() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="programs are confined on Linux only")
-def test_a_class_is_graded() -> None:
-    text, _ = executed("grade_a_class")
+def test_a_class_is_graded(kernels: list[Any]) -> None:
+    text, _ = executed("grade_a_class", kernels)
     assert "'starter': 1.0, 'solution': 6.0" in text
