@@ -32,7 +32,7 @@ def test_a_network_learns_from_recorded_demonstrations_and_drives_the_arm(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     imitate = example("imitate", monkeypatch)
-    shown, reached = imitate.imitate(tmp_path, demonstrations=2, epochs=40, trials=1, seed=SEED)
+    shown, reached = imitate.imitate(tmp_path, demonstrations=2, epochs=2, trials=1, seed=SEED)
     assert shown == 2
     assert reached in (0, 1)
     assert "episodes: 2 written, 0 left out" in capsys.readouterr().out

@@ -37,7 +37,7 @@ def test_a_few_hundred_steps_of_training_run_and_are_drawn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     train = example("train", monkeypatch)
-    before, after = train.train(COUNT, 400, 1, tmp_path / "curve.png", max_episode_steps=20)
+    before, after = train.train(COUNT, 200, 1, tmp_path / "curve.png", max_episode_steps=10)
     assert 0 < before < 2
     assert 0 < after < 2
     assert (tmp_path / "curve.png").is_file()

@@ -75,7 +75,7 @@ def test_the_program_of_the_readme_trains(
     assert found
     lines = [line for line in found[1].splitlines() if line.strip()]
     assert len(lines) <= 8
-    shorter, changed = re.subn(r"learn\([\d_]+\)", "learn(250)", found[1])
+    shorter, changed = re.subn(r"learn\([\d_]+\)", "learn(130)", found[1])
     assert changed == 1
     monkeypatch.chdir(tmp_path)
     # More threads of PyTorch only wait for each other, and use a core.
