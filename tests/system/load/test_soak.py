@@ -13,7 +13,7 @@ import pytest
 pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 TESTS = Path(__file__).parents[2]
-SECONDS = 8
+SECONDS = 4
 
 
 @pytest.mark.timeout(240)
