@@ -152,38 +152,6 @@ def test_the_client_is_no_part_of_the_drop_in_surface_and_loaded_only_when_asked
         v.Clint  # type: ignore[attr-defined]  # noqa: B018
 
 
-def test_programs_of_users_type_check(tmp_path: Path) -> None:
-    pytest.importorskip("pyright")
-    program = tmp_path / "program.py"
-    program.write_text(
-        """
-import numpy as np
-from numpy.typing import NDArray
-from simx_client import Client
-
-with Client("127.0.0.1:19997") as client:
-    arm = client.joints("a", "b")
-    depth: NDArray[np.float32] = client.camera("c").depth()
-    with client.stepping(lambda: (arm.positions, client.signals.ints["s"])) as step:
-        arm.target_positions = arm.positions + 0.1
-        arm.target_positions = [1, 2]
-        client.joint("a").target_position = 0.5
-        client.object("b").pose = (0, 0, 1), (0, 0, 0, 1)
-        angles, level = step()
-        sums: tuple[NDArray[np.float64], int] = angles + 1, level + 1
-        wrong: str = level
-    client.joint("a").position = "far"
-"""
-    )
-    done = subprocess.run(
-        [sys.executable, "-m", "pyright", "--pythonpath", sys.executable, program, "examples/modern_loop.py"],
-        capture_output=True,
-        text=True,
-        cwd=ROOT,
-    )
-    assert re.findall(r":(\d+):\d+ - error", done.stdout) == ["16", "17"], done.stdout
-
-
 # --- over Zenoh ----------------------------------------------------------------------------------
 
 

@@ -1,4 +1,4 @@
-"""The files that a wheel gets, its commands, systems that are not POSIX, type checks of users' code."""
+"""The files that a wheel gets, its commands, systems that are not POSIX."""
 
 from __future__ import annotations
 
@@ -23,28 +23,6 @@ from simx_server.motion_profiles import line
 from simx_server.recording.log_file import MAGIC, LogWriter
 
 pytestmark = pytest.mark.slow
-
-OLD_STYLE = """
-import numpy as np
-import simx_client as vrep
-
-clientID = vrep.simxStart("127.0.0.1", 19997, 1, True, 5000, 5)
-code, joint = vrep.simxGetObjectHandle(np.int32(clientID), "UR5_joint1", vrep.simx_opmode_blocking)
-vrep.simxPauseCommunication(clientID, 1)
-for angle in np.deg2rad([10, 20]):
-    vrep.simxSetJointTargetPosition(clientID, joint, angle, vrep.simx_opmode_oneshot)
-vrep.simxPauseCommunication(clientID, False)
-code, size, image = vrep.simxGetVisionSensorImage(clientID, joint, 0, vrep.simx_opmode_oneshot_wait)
-picture = np.array(image, dtype=np.uint8).reshape(size[1], size[0], 3)
-vrep.simxSetVisionSensorImage(clientID, joint, image, 0, vrep.simx_opmode_oneshot)
-code, place = vrep.simxGetObjectPosition(clientID, joint, -1, vrep.simx_opmode_buffer)
-vrep.simxSetObjectPosition(clientID, joint, -1, np.array(place) + [0, 0, 0.1], vrep.simx_opmode_oneshot)
-vrep.simxSetStringSignal(clientID, "s", vrep.simxPackFloats(place), vrep.simx_opmode_oneshot)
-code, text = vrep.simxGetStringSignal(clientID, "s", vrep.simx_opmode_buffer)
-print(text.decode("utf8"), vrep.simxUnpackFloats(text)[0] + 1, int(image[0]))
-wrong: str = joint
-vrep.simxFinish()
-"""
 
 
 def test_the_commands_of_the_package_are_there() -> None:
@@ -170,20 +148,6 @@ def test_a_package_without_a_wheel_for_this_system_is_no_problem_but_is_told() -
     finding, _ = machine.check_packages(["numpy", "surely-not-there>=1; platform_machine == 'x86_64'"])
     assert finding.level == WARNING
     assert "surely-not-there" in finding.text
-
-
-def test_programs_of_the_old_style_type_check(tmp_path: Path) -> None:
-    pytest.importorskip("pyright")
-    program = tmp_path / "old.py"
-    program.write_text(OLD_STYLE, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "-m", "pyright", "--pythonpath", sys.executable, program],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
-    last = len(OLD_STYLE.splitlines())
-    assert re.findall(r"old\.py:(\d+):\d+ - error", done.stdout) == [str(last - 1), str(last)], done.stdout
 
 
 @pytest.mark.parametrize("package", [simx_client, simx_server])
