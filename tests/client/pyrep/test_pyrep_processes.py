@@ -36,7 +36,7 @@ if __name__ == "__main__":
     assert os.path.isdir(os.environ["COPPELIASIM_ROOT"])
     print("steps", drive(3))
     if "spawn" in sys.argv:
-        with multiprocessing.get_context("spawn").Pool(2) as pool:
+        with multiprocessing.get_context("spawn").Pool(1) as pool:
             print("steps", pool.map(drive, [1, 2]))
 """
 
