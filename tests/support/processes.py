@@ -95,8 +95,8 @@ class ForkingSubprocess:
         assert command[:2] == [sys.executable, "-P"], command
         return finished(*command[2:], folder=Path.cwd(), timeout=timeout)
 
-    @staticmethod
     def Popen(
+        self,
         command: Sequence[str],
         *,
         stdin: int,

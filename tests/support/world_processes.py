@@ -5,6 +5,10 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
+
+from forked import Forked
+from processes import ForkingSubprocess
 
 
 def children(parent: int | None = None) -> set[int]:
@@ -19,3 +23,19 @@ def children(parent: int | None = None) -> set[int]:
             ):
                 found.add(int(folder.name))
     return found
+
+
+class NotingSubprocess(ForkingSubprocess):
+    """Stands in for `subprocess` in the module that starts these processes: it forks them, and lists them."""
+
+    started: list[Forked]
+
+    def __init__(self) -> None:
+        self.started = []
+
+    def Popen(self, *arguments: Any, **options: Any) -> Forked:
+        self.started.append(super().Popen(*arguments, **options))
+        return self.started[-1]
+
+    def have_ended(self) -> bool:
+        return all(each.poll() is not None for each in self.started)

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from processes import PENDULUM, read_line, running, server, spawn, wait_until
-from world_processes import children
+from world_processes import NotingSubprocess, children
 
 from simx_client.client import Client, Servers, Worlds
+from simx_client.client.worlds import worker
 from simx_client.connection.clients import CLIENTS
 from simx_client.errors import CallsFailed, ConnectionFailed
 
@@ -24,6 +25,14 @@ def scene(tmp_path: Path) -> Path:
     file = tmp_path / "pendulum.xml"
     file.write_text(PENDULUM)
     return file
+
+
+@pytest.fixture
+def forks(monkeypatch: pytest.MonkeyPatch) -> NotingSubprocess:
+    """The processes of a test's worlds."""
+    noting = NotingSubprocess()
+    monkeypatch.setattr(worker, "subprocess", noting)
+    return noting
 
 
 def trajectory(servers: Servers) -> np.ndarray:
@@ -73,29 +82,27 @@ def test_a_world_that_refuses_a_call_leaves_the_others_unchanged(scene: Path) ->
         assert not np.isnan(worlds.step()).any()
 
 
-@pytest.mark.usefixtures("started_servers")
 @pytest.mark.parametrize("processes", [0, 2])
-def test_the_end_of_the_block_ends_all_worlds(scene: Path, processes: int) -> None:
-    before = children()
+def test_the_end_of_the_block_ends_all_worlds(scene: Path, processes: int, forks: NotingSubprocess) -> None:
     with Worlds(scene, COUNT, processes=processes) as worlds:
         assert len(worlds.clients) == (0 if processes else COUNT)
         assert len(CLIENTS.all()) == len(worlds.clients)
-        assert len(children() - before) == processes
+        assert len(forks.started) == processes
+        assert all(each.poll() is None for each in forks.started)
     assert not CLIENTS.all()
-    assert children() == before
+    assert forks.have_ended()
     with pytest.raises(CallsFailed, match="it was closed" if processes else "the server went away"):
         worlds.each(lambda calls, _: calls.simxGetObjects(1))
     worlds.close()
 
 
-@pytest.mark.usefixtures("started_servers")
-def test_worlds_whose_process_dies_are_lost_and_the_others_go_on(scene: Path) -> None:
-    before = children()
+def test_worlds_whose_process_dies_are_lost_and_the_others_go_on(
+    scene: Path, forks: NotingSubprocess
+) -> None:
     with Worlds(scene, COUNT, processes=2) as worlds:
         worlds.each(lambda calls, _: (calls.simxSynchronous(True), calls.simxStartSimulation()))
         worlds.watch(lambda calls, _: [calls.simxGetJointPosition(1)])
-        first = min(children() - before)
-        os.kill(first, signal.SIGKILL)
+        os.kill(forks.started[0].pid, signal.SIGKILL)
         with pytest.raises(CallsFailed, match=r"its process \(pid \d+\) ended by SIGKILL"):
             worlds.step()
         assert list(worlds.lost) == [0, 2]

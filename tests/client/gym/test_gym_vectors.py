@@ -9,9 +9,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from forked import Forked
 from gymnasium.vector import AutoresetMode
-from processes import ForkingSubprocess, server
+from processes import server
+from world_processes import NotingSubprocess
 
 from simx_client.client.worlds import worker
 from simx_client.errors import CallsFailed, SimxError
@@ -122,18 +122,11 @@ def test_without_autoreset_a_mask_resets_the_episodes_that_are_over() -> None:
 
 
 def test_a_lost_process_is_reported_and_reset_starts_all_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    started: list[Forked] = []
-
-    class Noting(ForkingSubprocess):
-        @staticmethod
-        def Popen(*arguments: Any, **options: Any) -> Forked:
-            started.append(ForkingSubprocess.Popen(*arguments, **options))
-            return started[-1]
-
-    monkeypatch.setattr(worker, "subprocess", Noting())
+    processes = NotingSubprocess()
+    monkeypatch.setattr(worker, "subprocess", processes)
     environment = vector(processes=2)
     expected, _ = environment.reset(seed=3)
-    os.kill(started[0].pid, signal.SIGKILL)
+    os.kill(processes.started[0].pid, signal.SIGKILL)
     none = np.zeros((COUNT, 1), np.float32)
     with pytest.raises(CallsFailed, match="ended by SIGKILL"):
         environment.step(none)
@@ -141,8 +134,8 @@ def test_a_lost_process_is_reported_and_reset_starts_all_again(monkeypatch: pyte
     assert np.array_equal(again, expected)
     environment.step(none)
     environment.close()
-    assert len(started) == 4
-    assert all(each.poll() is not None for each in started)
+    assert len(processes.started) == 4
+    assert processes.have_ended()
 
 
 def test_render_returns_an_image_of_each_simulation() -> None:
