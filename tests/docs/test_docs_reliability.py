@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -14,9 +15,14 @@ PAGE = (ROOT / "docs" / "operators" / "reliability.md").read_text(encoding="utf-
 TESTS = ROOT / "tests"
 
 
+@cache
+def _files() -> list[Path]:
+    return list(TESTS.rglob("test_*.py"))
+
+
 def _file(name: str) -> Path:
     """The page gives names alone: folders of tests may change."""
-    found = [path for path in TESTS.rglob(Path(name).name) if str(path).endswith(f"/{name}")]
+    found = [path for path in _files() if str(path).endswith(f"/{name}")]
     assert len(found) == 1, f"{name}: {found}"
     return found[0]
 

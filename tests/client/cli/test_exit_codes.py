@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import socket
@@ -56,11 +57,14 @@ def test_the_page_has_the_numbers_of_the_code() -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [("simx_client", "completion", "bash"), ("simx_server", "--script-functions")], ids=" ".join
+    "words", [("simx_client", "shims", "."), ("simx_server", "--script-functions")], ids=" ".join
 )
-def test_what_nobody_reads_is_unread_and_no_error(words: tuple[str, ...]) -> None:
+def test_what_nobody_reads_is_unread_and_no_error(tmp_path: Path, words: tuple[str, ...]) -> None:
     program = [sys.executable, "-m", *words]
-    with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=ROOT) as process:
+    variables = {**os.environ, "PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(
+        program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=tmp_path, env=variables
+    ) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         process.stdout.close()
