@@ -5,8 +5,10 @@ from __future__ import annotations
 import configparser
 import os
 import re
+import shutil
 import subprocess
 import sys
+import sysconfig
 import tomllib
 import venv
 import zipfile
@@ -138,6 +140,19 @@ def client_alone(wheel_of_client: Path, tmp_path_factory: pytest.TempPathFactory
     return environment
 
 
+@pytest.fixture(scope="module")
+def whole(wheel_of_whole: Path, tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    environment = Environment(tmp_path_factory.mktemp("whole_installed"), required())
+    environment.install(wheel_of_whole)
+    return environment
+
+
+def can_compile() -> bool:
+    """Whether there are a C compiler and Python's headers, as far as this test can see."""
+    has_compiler = any(map(shutil.which, ("cc", "gcc", "clang")))
+    return has_compiler and Path(sysconfig.get_path("include"), "Python.h").exists()
+
+
 def read(wheel: Path) -> tuple[Message, dict[str, str], dict[str, bytes]]:
     """The metadata, the commands, and the files of the packages."""
     with zipfile.ZipFile(wheel) as archive:
@@ -238,12 +253,29 @@ def test_every_module_of_the_client_alone_can_be_imported(client_alone: Environm
     assert done.returncode == 0, done.stderr
 
 
-def test_the_whole_wheel_runs_a_script_on_a_shipped_scene(wheel_of_whole: Path, tmp_path: Path) -> None:
-    environment = Environment(tmp_path / "environment", required())
-    environment.install(wheel_of_whole)
+def test_the_whole_wheel_runs_a_script_on_a_shipped_scene(whole: Environment, tmp_path: Path) -> None:
     script = tmp_path / "older.py"
     script.write_text(PYTHON_2 + "vrep.simxFinish(-1)\n", encoding="utf-8")
-    done = environment.program("simx-run", "--server", "inverted_pendulum", script)
+    done = whole.program("simx-run", "--server", "inverted_pendulum", script)
     assert (done.returncode, done.stdout) == (0, "half of three is 1\n"), done.stderr
-    where = environment.python("-c", "import simx_server; print(simx_server.__file__)")
+    where = whole.python("-c", "import simx_server; print(simx_server.__file__)")
     assert "site-packages" in where.stdout
+
+
+def test_the_whole_wheel_has_every_module_in_c_compiled_for_the_installed_mujoco(
+    whole: Environment, wheel_of_whole: Path
+) -> None:
+    if wheel_of_whole.name.endswith("-none-any.whl"):
+        assert not can_compile(), "there is a compiler, and the wheel has no module"
+        pytest.skip("no C compiler or no headers of Python: apt-get install gcc python3-dev")
+    names = [
+        ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        for path in sorted(ROOT.glob("simx_server/**/native/*.c"))
+    ]
+    text = (
+        f"import importlib, mujoco; modules = list(map(importlib.import_module, {names})); "
+        "print({len(each.SOURCE_HASH) for each in modules}, "
+        "{each.HEADER for each in modules if hasattr(each, 'HEADER')} == {mujoco.mj_version()})"
+    )
+    done = whole.python("-c", text)
+    assert (done.stdout, done.stderr) == ("{16} True\n", "")
