@@ -11,7 +11,6 @@ from __future__ import annotations
 import ast
 import builtins
 import faulthandler
-import importlib.abc
 import importlib.util
 import os
 import random
@@ -72,8 +71,12 @@ class Namespace(types.ModuleType):
         raise AttributeError(f"{self.__name__}.{key}: is not provided")
 
 
-class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
-    """The script's module, the requests for it, and modules that lie beside the scene."""
+class Script:
+    """The script's module, the requests for it, and modules that lie beside the scene.
+
+    It finds and loads these modules. The classes of `importlib.abc` would give it nothing, and their import takes as
+    long as all others.
+    """
 
     def __init__(self, link: Link, name: str, namespaces: dict[str, dict[str, Any]]) -> None:
         self._link = link
@@ -207,6 +210,12 @@ class Script(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
                 return None
             self._sources[fullname] = source
         return importlib.util.spec_from_loader(fullname, self) if fullname in self._sources else None
+
+    def create_module(self, spec: Any) -> None:
+        """Have Python make the module."""
+
+    def exec_module(self, module: types.ModuleType) -> None:
+        exec(self.get_code(module.__name__), module.__dict__)
 
     def get_source(self, fullname: str) -> str:
         return importlib.util.decode_source(self._sources[fullname])

@@ -214,7 +214,7 @@ def restrict_files(
     roots = _roots(readable)
     hidden = hidden_modules(roots) if hides_native else set[str]()
     for root in roots:
-        for path, rights in _reading(root, hidden):
+        for path, rights in _reading(root, hidden, is_folder=os.path.isdir(root)):
             allow(path, rights)
     for path in executable:
         allow(path, _EXECUTE | _READ_FILE)
@@ -282,9 +282,9 @@ def _has_filters(libc: Any) -> bool:
     )
 
 
-def _reading(path: str, hidden: set[str]) -> Iterator[tuple[str, int]]:
+def _reading(path: str, hidden: set[str], *, is_folder: bool) -> Iterator[tuple[str, int]]:
     """Yield the files and folders with which all of `path` but the hidden files can be read, and their rights."""
-    if not os.path.isdir(path):
+    if not is_folder:
         yield path, _READ_FILE
     elif not any(each.startswith(f"{path.rstrip('/')}/") for each in hidden):
         yield path, _READ_FILE | _LIST
@@ -292,7 +292,7 @@ def _reading(path: str, hidden: set[str]) -> Iterator[tuple[str, int]]:
         yield path, _LIST
         for entry in os.scandir(path):
             if not entry.is_symlink() and entry.path not in hidden:
-                yield from _reading(entry.path, hidden)
+                yield from _reading(entry.path, hidden, is_folder=entry.is_dir())
 
 
 def _is_within(path: str, folder: str) -> bool:
