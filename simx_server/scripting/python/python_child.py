@@ -209,7 +209,8 @@ class Script:
             if source is None:
                 return None
             self._sources[fullname] = source
-        return importlib.util.spec_from_loader(fullname, self) if fullname in self._sources else None
+        loader: Any = self  # without `load_module`, which Python no longer calls
+        return importlib.util.spec_from_loader(fullname, loader) if fullname in self._sources else None
 
     def create_module(self, spec: Any) -> None:
         """Have Python make the module."""

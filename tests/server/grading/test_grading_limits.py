@@ -22,13 +22,13 @@ if sys.platform != "linux":
 def run(tmp_path: Path):
     """Run the text of a program without a server; return how it ended, and its output."""
 
-    def ran(text: str, wall: float = 90.0) -> tuple[str, str]:
+    def ran(text: str, wall: float = 90.0, memory: int = 2000) -> tuple[str, str]:
         folder = tmp_path / "program"
         folder.mkdir()
         (folder / "program.py").write_text(f"import os, sys, threading, time\n{text}\n")
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with ours, theirs:
-            limits = ProgramLimits(wall=wall, processor=60.0, memory=2000, disk=5)
+            limits = ProgramLimits(wall=wall, processor=60.0, memory=memory, disk=5)
             program = Program(folder, "program.py", theirs.fileno(), limits)
             try:
                 poll = select.poll()
@@ -68,14 +68,13 @@ def test_arguments_and_environment_tell_nothing_of_the_grader(run) -> None:
     ],
 )
 def test_an_endless_program_ends_at_its_time(run, program: str) -> None:
-    assert run(program, wall=2.0)[0] == "it did not end within 2 s"
+    assert run(program, wall=1.0)[0] == "it did not end within 1 s"
 
 
 @pytest.mark.parametrize(
     ("program", "why"),
     [
         ("while True: threading.Thread(target=time.sleep, args=(99,)).start()", r"it had \d+ threads"),
-        ("data = []\nwhile True: data.append(bytearray(50 << 20))", "exit code 1"),
         ("for n in range(99999): open(f'{n}', 'w')\ntime.sleep(99)", "number of 1000"),
         ("for n in range(9): open(f'{n}', 'wb').write(bytes(4 << 20))\ntime.sleep(99)", "files exceed 5 MB"),
         ("open('large', 'wb').write(bytes(50 << 20))", "files exceed 5 MB|exit code 1"),
@@ -87,3 +86,8 @@ def test_an_endless_program_ends_at_its_time(run, program: str) -> None:
 def test_a_program_ends_at_its_other_limits(run, program: str, why: str) -> None:
     ended, output = run(program)
     assert re.search(why, ended), (ended, output[-500:])
+
+
+def test_a_program_has_so_much_memory_and_no_more(run) -> None:
+    ended, output = run("data = []\nwhile True: data.append(bytearray(50 << 20))", memory=400)
+    assert (ended, "MemoryError" in output) == ("it ended with exit code 1", True), (ended, output[-500:])

@@ -201,7 +201,7 @@ def test_a_thread_that_waits_in_vain_does_not_hold_up_the_stop() -> None:
         }
     )
     for _ in range(2):
-        world.run(2)
+        world.run(1)
         world.sim.stop()
         assert said(world) == ["cleanup"]
 
@@ -246,7 +246,7 @@ def test_generators_outside_a_thread_are_not_cut_within_a_loop() -> None:
 
 def test_an_endless_generator_outside_a_thread_is_stopped() -> None:
     world = scripted({"lua:base": "coroutine.wrap(function() while true do end end)()"})
-    world.parts.scripts.time_limit = 0.2
+    world.parts.scripts.time_limit = 0.05
     world.run(1)
     assert "took too long" in said(world)[0]
 

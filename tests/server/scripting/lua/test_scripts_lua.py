@@ -6,7 +6,6 @@ import logging
 import re
 import weakref
 from collections.abc import Mapping
-from pprint import pformat
 from typing import Any
 
 import pytest
@@ -185,8 +184,15 @@ def test_lists_of_numbers_reach_functions_with_their_types(arguments: str, given
             return list
         end""")
     interpreter.evaluate(f"sim.echo({arguments})".encode())
-    # 1 is not 1.0, -0.0 is not 0.0; names have no order in Lua.
-    assert pformat(api.calls) == pformat([given])
+    # 1 is not 1.0, -0.0 is not 0.0.
+    assert repr(in_order(api.calls)) == repr(in_order([given]))
+
+
+def in_order(value: Any) -> Any:
+    """Return a value with sorted names, which have no order in Lua."""
+    if isinstance(value, dict):
+        return {key: in_order(value[key]) for key in sorted(value, key=repr)}
+    return [in_order(each) for each in value] if isinstance(value, list) else value
 
 
 def test_long_lists_within_results_leave_and_the_script_keeps_its_own() -> None:
@@ -321,7 +327,7 @@ def test_memory_is_limited(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_endless_recursion_is_an_error() -> None:
-    interpreter = script("function f() return 1 + f() end", time_limit=0.3)
+    interpreter = script("function f() return 1 + f() end")
     with pytest.raises(ScriptError, match=r"stack overflow|memory|took too long"):
         interpreter.call("f")
 
