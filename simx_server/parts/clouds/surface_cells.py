@@ -13,7 +13,7 @@ from .near import Array
 from .voxels import FARTHEST, Cells
 
 _MOST_PAIRS = 1_000_000
-"""Pairs of a triangle and a cell of one size: half a second."""
+"""Pairs of a triangle and a cell of one size: a fifth of a second."""
 
 _AT_ONCE = 50_000
 """Pairs between two moments at which others are served."""
@@ -77,27 +77,41 @@ def _meet(
 ) -> NDArray[np.bool_]:
     """Return (n,) whether triangles meet cells with this edge, in parts of the smallest cell."""
     found = np.zeros(len(cells), bool)
+    columns = np.ascontiguousarray(corners.transpose(1, 2, 0))  # each number of all triangles together
     for first in range(0, len(cells), _AT_ONCE):
         serve_others()
         part = slice(first, first + _AT_ONCE)
-        middles = (cells[part] + 0.5) * edge
-        found[part] = _overlap(corners[triangles[part]] - middles[:, np.newaxis], edge / 2 + _SLACK)
+        middles = np.ascontiguousarray(((cells[part] + 0.5) * edge).T)
+        found[part] = _overlap(columns[:, :, triangles[part]] - middles, edge / 2 + _SLACK)
     return found
 
 
 def _overlap(corners: Array, half: float) -> NDArray[np.bool_]:
-    """Return (n,) whether triangles (n, 3, 3) meet the cube around the origin: no axis separates them."""
-    together = (corners.min(axis=1) <= half).all(axis=1) & (corners.max(axis=1) >= -half).all(axis=1)
-    edges = np.roll(corners, -1, axis=1) - corners
-    normals = np.cross(edges[:, 0], edges[:, 1])
-    away = np.abs(np.einsum("ni,ni->n", normals, corners[:, 0]))
-    together &= away <= half * np.abs(normals).sum(axis=1) * (1 + _SLACK)
-    for side in range(3):
-        edge = edges[:, side]
+    """Return (n,) whether triangles meet the cube around the origin: no axis separates them.
+
+    Args:
+        corners: of the triangles (3, 3, n): corner, axis, triangle.
+        half: half the edge of the cube.
+    """
+    together = np.ones(corners.shape[2], bool)
+    for axis in range(3):
+        together &= _meets(corners[:, axis], half)
+    edges = np.roll(corners, -1, axis=0) - corners
+    normals = np.cross(edges[0], edges[1], axis=0)
+    away = np.abs((normals * corners[0]).sum(axis=0))
+    together &= away <= half * np.abs(normals).sum(axis=0) * (1 + _SLACK)
+    for edge in edges:
         for axis in range(3):
             one, other = (axis + 1) % 3, (axis + 2) % 3
             # The axis is the product of the edge and a side of the cube.
-            heights = edge[:, [other]] * corners[:, :, one] - edge[:, [one]] * corners[:, :, other]
-            reach = half * (np.abs(edge[:, one]) + np.abs(edge[:, other])) * (1 + _SLACK)
-            together &= (heights.min(axis=1) <= reach) & (heights.max(axis=1) >= -reach)
+            heights = edge[other] * corners[:, one] - edge[one] * corners[:, other]
+            reach = half * (np.abs(edge[one]) + np.abs(edge[other])) * (1 + _SLACK)
+            together &= _meets(heights, reach)
     return together
+
+
+def _meets(heights: Array, reach: Array | float) -> NDArray[np.bool_]:
+    """Return (n,) whether the range of three numbers (3, n) meets the one from -`reach` to `reach`."""
+    first, second, third = heights
+    low, high = np.minimum(np.minimum(first, second), third), np.maximum(np.maximum(first, second), third)
+    return (low <= reach) & (high >= -reach)
