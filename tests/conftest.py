@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import compileall
 import gc
+import importlib
 import logging
 import os
 import signal
@@ -370,6 +371,22 @@ def forked_servers() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for module in FORKING:
             patch.setattr(module, "subprocess", ForkingSubprocess())
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def same_random_cases() -> Iterator[None]:
+    """Hypothesis draws no constants of the modules that this process has imported.
+
+    It would parse all of them, and the cases would depend on the tests that this process ran before.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if "hypothesis" in sys.modules:  # no test imports it later than while tests are collected
+            patch.setattr(
+                "hypothesis.internal.conjecture.providers._get_local_constants",
+                importlib.import_module("hypothesis.internal.constants_ast").Constants,
+                raising=False,
+            )
         yield
 
 

@@ -9,6 +9,7 @@ from fuzz.attacks import bounded
 from fuzz.results import SAFE, Scripts, result_of
 from hypothesis import given
 from hypothesis import strategies as st
+from seeds import many
 
 import simx_client as v
 
@@ -24,7 +25,7 @@ def scripts(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scripts]:
 
 @pytest.mark.parametrize("language", ["lua", "python"])
 def test_no_result_of_a_script_is_more_than_an_error(scripts: Scripts, language: str) -> None:
-    @bounded(150, derandomize=True)
+    @bounded(many(60), derandomize=True)
     @given(st.data())
     def attack(data: st.DataObject) -> None:
         scripts.endure(language, data.draw(result_of(language)))

@@ -55,11 +55,11 @@ def test_a_loop_that_waits_for_a_remote_call_gives_way(wait: str) -> None:
             + TEMPLATE
         }
     )
-    world.run(3)
+    world.run(2)
     assert said(world) == []
     call(world, "give", [1], [], [], b"")
     world.parts.step()
-    assert said(world) == ["gone, 0.15"]
+    assert said(world) == ["gone, 0.1"]
 
 
 @pytest.mark.parametrize(
