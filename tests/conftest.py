@@ -218,8 +218,10 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.enable()
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Add a marker. Workers of xdist are given the longest files first, then those with most tests."""
+    _draw_the_same_random_cases()
     if config.option.markexpr:  # it reads all files
         for item in items:
             add_marker(item)
@@ -228,6 +230,18 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     counts = Counter(item.path for item in items)
     places = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: (places.get(item.path.name, len(LONGEST)), -counts[item.path], item.path))
+
+
+def _draw_the_same_random_cases() -> None:
+    """Have Hypothesis draw no constants of the project's modules that this process has imported.
+
+    It would parse all of them now, and the cases would depend on the files that are collected.
+    """
+    if "hypothesis" in sys.modules:
+        constants = importlib.import_module("hypothesis.internal.constants_ast").Constants
+        pytest.MonkeyPatch().setattr(
+            "hypothesis.internal.conjecture.providers._get_local_constants", constants, raising=False
+        )
 
 
 @pytest.fixture(scope="session")
@@ -371,22 +385,6 @@ def forked_servers() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for module in FORKING:
             patch.setattr(module, "subprocess", ForkingSubprocess())
-        yield
-
-
-@pytest.fixture(autouse=True, scope="session")
-def same_random_cases() -> Iterator[None]:
-    """Hypothesis draws no constants of the modules that this process has imported.
-
-    It would parse all of them, and the cases would depend on the tests that this process ran before.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        if "hypothesis" in sys.modules:  # no test imports it later than while tests are collected
-            patch.setattr(
-                "hypothesis.internal.conjecture.providers._get_local_constants",
-                importlib.import_module("hypothesis.internal.constants_ast").Constants,
-                raising=False,
-            )
         yield
 
 
