@@ -274,11 +274,14 @@ class _Keeper:
         """Watch until all have ended."""
         while self._told:
             left = min(told.seconds_left() for told in self._told.values())
-            for reader, _ in self._poll.poll(None if left == math.inf else max(0.0, 1000 * left) + 1):
-                if reader == self._lifeline:
-                    self._feel(reader)
-                else:
-                    self._hear(reader)
+            ready = {
+                reader
+                for reader, _ in self._poll.poll(None if left == math.inf else max(0.0, 1000 * left) + 1)
+            }
+            for reader in ready - {self._lifeline}:
+                self._hear(reader)
+            if self._lifeline in ready:
+                self._feel(self._lifeline)
             for reader, told in list(self._told.items()):
                 if told.seconds_left() <= 0:
                     self._kill(reader, told)
@@ -301,8 +304,10 @@ class _Keeper:
             if os.read(lifeline, _CHUNK):
                 return
         self._poll.unregister(lifeline)
+        if self._first in self._told and not self._told[self._first].process_id:
+            self._hear(self._first)  # the id comes at once
         first = self._told.get(self._first)
-        if first is None or not first.process_id or os.getppid() != first.process_id:
+        if first is None or os.getppid() != first.process_id:
             return
         if not first.signals:  # a second one would keep it from an orderly end
             os.kill(first.process_id, signal.SIGTERM)

@@ -201,6 +201,23 @@ def test_a_process_whose_other_end_is_gone_is_ended_within_its_grace() -> None:
         assert process.wait(20) == -signal.SIGKILL
 
 
+GONE_FIRST = """
+import os
+from simx_server.processes import watchdog
+near, far = os.pipe()
+feel, announce, watchdog._hold_only = watchdog._Keeper._feel, watchdog.Watchdog._announce, lambda _: None
+watchdog._Keeper._feel = lambda keeper, lifeline: (os.write(far, b"."), feel(keeper, lifeline))
+watchdog.Watchdog._announce = lambda dog, number: (os.read(near, 1), announce(dog, number))
+"""
+"""The watchdog notices that the other end is gone before the process has told it its id."""
+
+
+def test_a_process_whose_other_end_was_gone_before_it_started_is_ended() -> None:
+    command = watched(LOCKED, grace=1000, arguments="lifeline=0, grace=0.2", before=GONE_FIRST)
+    with running(Popen(command, stdin=subprocess.DEVNULL, stdout=PIPE, text=True, cwd=ROOT)) as process:
+        assert process.wait(20) == -signal.SIGKILL
+
+
 def test_a_process_that_is_only_busy_is_left_alone_and_nothing_outlives_it() -> None:
     """`run` returns when everybody has closed the pipe: the watchdog, too."""
     command = watched("import time; ctypes.PyDLL(None).usleep(300_000)", grace=0.05)
