@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any, cast
 
 import msgpack
@@ -13,7 +14,15 @@ from processes import read_line, server, wait_until
 
 from simx_client import Client
 from simx_client.errors import SimxError
-from simx_client.protocol.add_ons.teleoperation import ADD_ON, ADD_ON_TYPE, MARK, STARTED, SUCCEEDED, Arms
+from simx_client.protocol.add_ons.teleoperation import (
+    ADD_ON,
+    ADD_ON_TYPE,
+    GRIPPER,
+    MARK,
+    STARTED,
+    SUCCEEDED,
+    Arms,
+)
 from simx_server.viewer.launching import missing
 from simx_server.viewer.page.teleoperation.browser_input import MARKER, Input, marker, parse
 from simx_server.viewer.page.teleoperation.frames import axes_of_base, axes_of_view, twist
@@ -60,6 +69,30 @@ def test_from_straight_above_forward_is_the_upper_side_of_the_view() -> None:
     axes = axes_of_view((0.0, 1.0, 0.0, 0.0))
     assert axes[:, 0] == pytest.approx([0.0, 1.0, 0.0])
     assert axes[:, 2] == pytest.approx([0.0, 0.0, 1.0])
+
+
+@pytest.mark.skipif(missing() is not None, reason="the viewer's packages are missing")
+def test_two_presses_close_and_open_the_gripper_though_the_page_knows_of_neither() -> None:
+    from simx_server.viewer.page.quiet_viser import open_browser_server
+    from simx_server.viewer.page.teleoperation.panel import Teleoperation
+
+    sent: list[tuple[str, list[int]]] = []
+    client = SimpleNamespace(call=lambda function, _, integers, *__, **___: sent.append((function, integers)))
+    hands: Any = SimpleNamespace(do=lambda action: action(client))
+    arms = Arms(
+        names=["tip"], tip="tip", problem="", gripper="RG2", is_open=True, is_driven=False,
+        position=[0.0, 0.0, 1.0], quaternion=[0.0, 0.0, 0.0, 1.0], base=[0.0, 0.0, 0.0, 1.0],
+    )  # fmt: skip
+    browser = open_browser_server()
+    try:
+        panel = Teleoperation(browser, hands, "", Teleoperation.add_box(browser.gui))
+        for presses in (1, 2):
+            panel.show(arms.copy(), is_past=False)  # from before the first press
+            line = SimpleNamespace(value=f"{presses} 0 0 0 0 0 0 g{presses}")
+            panel._typed(cast("Any", SimpleNamespace(client=SimpleNamespace(client_id=1), target=line)))
+    finally:
+        browser.stop()
+    assert [integers for function, integers in sent if function == GRIPPER] == [[0], [1]]
 
 
 def test_the_marker_tells_the_script_whether_keys_are_read() -> None:

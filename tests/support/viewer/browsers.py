@@ -32,7 +32,7 @@ def few_frames(pause: int, condition: str = "true") -> str:
     return _FEW_FRAMES.replace("PAUSE", str(pause)).replace("CONDITION", condition)
 
 
-FEW_FRAMES = few_frames(300)
+FEW_FRAMES = few_frames(120)
 
 COARSE = "fixedDpr=0.25"
 """Part of an address: viser draws the 3-D view with a sixteenth of its pixels."""

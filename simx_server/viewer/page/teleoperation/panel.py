@@ -27,6 +27,9 @@ _STYLE = "padding:0.2em 1em;font-size:0.85em"
 _LONGEST_STOP = 5.0
 """Seconds until a stop is complete."""
 
+_UNTIL_SHOWN = 1.0
+"""Seconds until what the server tells of a gripper is surely newer than the last command for it."""
+
 Box = tuple[viser.GuiHtmlHandle, Any]
 """The element before the text box, and the box."""
 
@@ -50,6 +53,9 @@ class Teleoperation:
         self._sent: Latest[_Command] = Latest(hands, _call)
         self._presses: dict[int, int] = {}
         """How often the key of the gripper was pressed, by browser."""
+
+        self._commanded = ("", True, 0.0)
+        """The arm whose gripper was commanded last, whether to open, and until when that counts (monotonic clock)."""
 
         self._successes = 0
         self._state = gui.add_html("")
@@ -99,7 +105,7 @@ class Teleoperation:
             lines.append(f"<span style='color:#e03131'>{html.escape(arms['problem'])}</span>")
         if arms is not None and arms["tip"]:
             driven = "is driven" if arms["is_driven"] else "stands still"
-            grip = ("open" if arms["is_open"] else "closed") if arms["gripper"] else "none"
+            grip = ("open" if self._is_open(arms) else "closed") if arms["gripper"] else "none"
             lines.append(f"<b>{html.escape(arms['tip'])}</b> {driven}; gripper: {grip}")
         if look["running"] != "running":
             lines.append("The simulation is not running: press Start of an episode, or above.")
@@ -116,6 +122,11 @@ class Teleoperation:
         if event.client is not None:
             self._name = event.target.value
 
+    def _is_open(self, arms: t.Arms) -> bool:
+        """Return whether the gripper is open. What the server told may be older than the last command for it."""
+        arm, is_open, until = self._commanded
+        return is_open if arm == arms["tip"] and time.monotonic() < until else arms["is_open"]
+
     def _typed(self, event: viser.GuiEvent[Any]) -> None:
         wish, arms = parse(event.target.value), self._arms
         if event.client is None or wish is None or arms is None or not arms["tip"]:
@@ -124,8 +135,9 @@ class Teleoperation:
         browser = event.client.client_id
         pressed, self._presses[browser] = wish.presses - self._presses.get(browser, 0), wish.presses
         if pressed % 2:
-            command: _Command = t.GRIPPER, [int(not arms["is_open"])], [], arm
-            arms["is_open"] = not arms["is_open"]
+            is_open = not self._is_open(arms)
+            self._commanded = arm, is_open, time.monotonic() + _UNTIL_SHOWN
+            command: _Command = t.GRIPPER, [int(is_open)], [], arm
             self._hands.do(lambda client: _call(client, command))
         goal = self._gizmo.goal if wish.is_held else None
         if not wish.is_still:
