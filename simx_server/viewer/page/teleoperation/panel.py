@@ -28,7 +28,7 @@ _LONGEST_STOP = 5.0
 """Seconds until a stop is complete."""
 
 _UNTIL_SHOWN = 1.0
-"""Seconds until what the server tells of a gripper is surely newer than the last command for it."""
+"""Seconds until the server's answer about a gripper is surely newer than the last command for it."""
 
 Box = tuple[viser.GuiHtmlHandle, Any]
 """The element before the text box, and the box."""
@@ -123,7 +123,7 @@ class Teleoperation:
             self._name = event.target.value
 
     def _is_open(self, arms: t.Arms) -> bool:
-        """Return whether the gripper is open. What the server told may be older than the last command for it."""
+        """Return whether the gripper is open. The server's answer may be older than the last command for it."""
         arm, is_open, until = self._commanded
         return is_open if arm == arms["tip"] and time.monotonic() < until else arms["is_open"]
 
