@@ -25,6 +25,9 @@ pytestmark = [pytest.mark.slow, pytest.mark.gl]
 
 PASSES = 15
 
+SOON = 30.0
+"""Seconds for an answer, while the first images are made on busy cores."""
+
 Run = Callable[[int], list[list[float]]]
 """Drives a client through a stepped run, and stops; what it read after each pass."""
 
@@ -38,6 +41,9 @@ def busy(tmp_path: Path) -> str:
 
 def run(client: int, *, after_step: Callable[[], object] = lambda: None) -> list[list[float]]:
     """Positions of all joints, and those of all shapes, after each pass; the joints follow a course."""
+    connection = CLIENTS.get(client)
+    assert connection is not None
+    connection.timeout = SOON
     _, joints, *_ = v.simxGetObjectGroupData(client, v.sim_object_joint_type, 0, BLOCKING)
     start_stepped(client)
     course = []

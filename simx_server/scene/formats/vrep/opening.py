@@ -8,6 +8,7 @@ import mujoco
 
 from .conversion.geometry.colliding import decomposition
 from .converting import convert, names_of
+from .native.loading import compiled_module
 from .reading import read_file
 from .report import Report
 from .source import VrepSource
@@ -18,6 +19,7 @@ importlib.import_module("numpy.ma")  # by numpy.unique on demand, which a trial 
 def prepare_for_trial() -> None:
     """Prepare reading in a process that cannot open files later."""
     decomposition.switch_off()
+    compiled_module()
 
 
 def open_vrep(data: bytes, name: str) -> tuple[mujoco.MjSpec, Report, VrepSource]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import random
+import sys
 
 import numpy as np
 import pytest
+from processes import finished
 from vrep_packing import Tree, codes_of, compress, huffman_tree, tree_bits
 
 from simx_server.scene.formats.annotations import SceneError
@@ -139,6 +141,18 @@ def test_the_compiled_form_refuses_what_is_no_tree() -> None:
             compiled.decode(bytes(100), np.array(tree, np.int32), place, out)
     assert compiled.decode(b"", np.array([-1, -2], np.int32), 0, out) == -1
     assert compiled.decode(bytes(3), np.array([-1, -2], np.int32), 1 << 40, out) == -1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows does not limit open files")
+def test_a_trial_that_can_open_no_file_uses_the_same_form() -> None:
+    """The module is loaded before; without it a client's file would be decoded in Python."""
+    program = (
+        "import resource; from simx_server.scene.formats.vrep.opening import prepare_for_trial; prepare_for_trial(); "
+        "resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0)); "
+        "from simx_server.scene.formats.vrep.native.loading import form; print(form().reason)"
+    )
+    done = finished("-c", program)
+    assert (done.stdout.strip(), done.stderr) == (loading.form().reason, "")
 
 
 def test_a_tree_of_too_many_leaves_is_an_error() -> None:
