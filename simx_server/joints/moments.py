@@ -40,7 +40,7 @@ _SETTINGS = [number for number, name in enumerate(SETTING_NAMES) if name not in 
 class Settings:
     """The settings that `Machine.remember` keeps."""
 
-    bindings: dict[int, Binding]
+    bindings: Mapping[int, Binding]
     states: dict[int, JointState]
     weights: Weights
 
@@ -49,7 +49,7 @@ class Settings:
 class Moment:
     """The state of the joints at the end of a simulation step; see `Machine.remember_moment`."""
 
-    bindings: dict[int, Binding]
+    bindings: Mapping[int, Binding]
     values: Values
     weights: Weights
     averages_force: bool
