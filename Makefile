@@ -10,8 +10,8 @@ READY  := $(VENV)/.ready
 LOCKS  := packages/locks
 SCENE  ?= ur5_rg2_kinect
 TESTS  ?=
-# Two more than there are cores: many tests wait for another process.
-WORKERS ?= $(shell cores=$$(getconf _NPROCESSORS_ONLN); echo $$((cores < 4 ? cores + 2 : 6)))
+# One more than there are cores: many tests wait for another process.
+WORKERS ?= $(shell cores=$$(getconf _NPROCESSORS_ONLN); echo $$((cores < 4 ? cores + 1 : 4)))
 SECONDS ?= 600
 ROLES   ?=
 TIMES   ?= 3
