@@ -179,7 +179,10 @@ class Followed:
     """Different from all others."""
 
     due: Callable[[Moment], Sequence[Call]]
-    """Returns the calls that are due, after each simulation step."""
+    """Returns the calls that are due after a simulation step."""
+
+    is_under_way: Callable[[], bool]
+    """Returns whether there may be any."""
 
 
 Offer = Published | Sent | Commanded | Served | Followed

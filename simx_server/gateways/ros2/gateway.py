@@ -156,7 +156,7 @@ class Ros2Gateway(Gateway, Part):
         moment = self._moment()
         for outlet in self._offered.outlets:
             outlet.step(moment)
-        if self._offered.followed:
+        if any(each.is_under_way() for each in self._offered.followed):
             self._client.post(partial(self._follow, moment))
 
     def _follow(self, moment: Moment) -> None:

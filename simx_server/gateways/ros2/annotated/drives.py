@@ -98,6 +98,10 @@ class Drive:
         self._commanded = now if any(wanted) else None
         return calls
 
+    def is_under_way(self) -> bool:
+        """Return whether the base follows a command, which ends after a while."""
+        return self._commanded is not None
+
     def due(self, moment: Moment) -> Sequence[Call]:
         """Return the calls that stop the base, once no command has come for a while."""
         since = self._commanded
@@ -154,7 +158,7 @@ class Drives(Content):
             drive = self._drives[item.handle] = before.get(item.handle) or Drive()
             drive.set(wheels, steers, topic, float(note.get("timeout", TIMEOUT)))
             yield from self._commands(drive, str(note.get("stamped", "auto")))
-            yield Followed(f"drive {item.handle}", drive.due)
+            yield Followed(f"drive {item.handle}", drive.due, drive.is_under_way)
 
     def _commands(self, drive: Drive, stamped: str) -> Iterable[Offer]:
         if stamped != "yes":

@@ -47,7 +47,7 @@ class Controllers(Content):
             action, handler = self._trajectories[topic] = trajectories.get(topic) or self._trajectory(topic)
             handler.group = _group(scene, names, arm, groups)
             yield from action.offers()
-            yield Followed(topic, handler.due)
+            yield Followed(topic, handler.due, handler.is_under_way)
             if not arm.gripper:
                 continue
             holder = scene.objects[arm.gripper[0]]
@@ -57,7 +57,7 @@ class Controllers(Content):
             gripper, moving = self._grippers[topic] = grippers.get(topic) or self._gripper(topic)
             moving.handles, moving.has_targets = arm.gripper, arm.has_targets
             yield from gripper.offers()
-            yield Followed(topic, moving.due)
+            yield Followed(topic, moving.due, moving.is_under_way)
         for topic, (_, gone) in (*trajectories.items(), *grippers.items()):
             if topic not in self._trajectories and topic not in self._grippers:
                 gone.abort("its joints have gone")

@@ -76,6 +76,10 @@ class GripperHandler:
         """Abort the command that is under way; its result has no text."""
         self._end(ABORTED)
 
+    def is_under_way(self) -> bool:
+        """Return whether there is a command."""
+        return self._goal is not None
+
     def due(self, moment: Moment) -> Sequence[Call]:
         """Return the calls that stop joints at their goal, and end the command when they are there, or stand."""
         goal = self._goal

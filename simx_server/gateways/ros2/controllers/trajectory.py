@@ -101,6 +101,10 @@ class TrajectoryHandler:
         if self._motion is not None:
             self._end(self._motion, ABORTED, INVALID_GOAL, why)
 
+    def is_under_way(self) -> bool:
+        """Return whether there is a goal."""
+        return self._motion is not None
+
     def due(self, moment: Moment) -> Sequence[Call]:
         """Return the calls for the next simulation step, and end the goal when it is reached or missed."""
         motion = self._motion
