@@ -44,6 +44,9 @@ OPENING_PAUSE = 0.05
 LEAST_ATTEMPT = 0.1
 """Minimum duration of an attempt in seconds; with less time left no attempt is made."""
 
+DISCONNECTED_WITHIN = 5.0
+"""Seconds until Zenoh has disconnected a server after a full queue, see `FULL_QUEUE_US`."""
+
 CLOSE_TIMEOUT = 1.0
 """Seconds that closing may block a program; a thread does the remaining work."""
 
@@ -369,9 +372,22 @@ class ZenohTransport:
     def _close_session(self) -> None:
         """Close the session; takes ten seconds while a large message is on its way to a server that reads
         nothing."""
+        is_stuck = bool(self._writer.unsent)
         self._writer.close()
+        if is_stuck:
+            self._await_disconnection()
         with contextlib.suppress(self._zenoh.ZError):  # Zenoh's time-out
             self._session.close()
+
+
+    def _await_disconnection(self) -> None:
+        """Wait until Zenoh has disconnected a server that reads nothing, or the server reads again.
+
+        A session that is closed while Zenoh does that may deadlock with it, and with it all sessions of the process.
+        """
+        end = time.monotonic() + DISCONNECTED_WITHIN
+        while self._session.info.transports() and time.monotonic() < end:
+            time.sleep(0.02)
 
 
 def _listed(names: Sequence[str]) -> str:
