@@ -233,3 +233,5 @@ def test_of_finishing_all_clients_of_a_frozen_server(tmp_path: Path, record_prop
         )
         assert late < 2 * CLOSE_TIMEOUT
         assert v.simxGetConnectionId(0) == -1
+    with plain_server() as (_, port):
+        start(port)  # Zenoh has not been held up
