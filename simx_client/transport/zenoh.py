@@ -379,7 +379,6 @@ class ZenohTransport:
         with contextlib.suppress(self._zenoh.ZError):  # Zenoh's time-out
             self._session.close()
 
-
     def _await_disconnection(self) -> None:
         """Wait until Zenoh has disconnected a server that reads nothing, or the server reads again.
 
