@@ -12,7 +12,7 @@ import msgpack
 import numpy as np
 import pytest
 from processes import PENDULUM, server, wait_until
-from routers import free_port
+from routers import free_ports
 
 from simx_client import Client
 from simx_client.launch.windows import screen as s
@@ -267,7 +267,7 @@ def test_lost_server_is_told(tmp_path: Path) -> None:
 
 def test_windows_of_a_script_on_the_starting_port_start_no_simulation(tmp_path: Path) -> None:
     (tmp_path / "pendulum.xml").write_text(PENDULUM)
-    observing, starting = free_port(), free_port()
+    observing, starting = free_ports(2)
     flags = ("--temporary-port", str(starting))
     with (
         server(tmp_path / "pendulum.xml", *flags, ports=(observing, starting)),

@@ -165,7 +165,7 @@ def test_a_link_opens_a_past_step(opened: Opened) -> None:
 
 
 def test_keys_start_pause_and_step_and_one_lists_them(opened: Opened) -> None:
-    page = opened.show(900, 600)
+    page = opened.show(900, 600, VIEW)  # anew: the page may still show the run of a test before
     run = opened.client.simulation
     page.mouse.click(60, 560)
     page.keyboard.press(".")

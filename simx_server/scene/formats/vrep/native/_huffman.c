@@ -1,4 +1,4 @@
-/* Decodes the compression of V-REP's files: what `_decode` in ../huffman.py does with NumPy.
+/* Decodes the compression of V-REP's files: what `_decode` in ../huffman.py does in Python.
 
    A bit's place is counted from the first bit of the stream, most significant bit of each byte first. A table tells for
    each window of bits which whole codes start in it; a code that is longer is walked bit by bit. The bytes come from

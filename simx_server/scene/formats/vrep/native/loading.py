@@ -1,4 +1,4 @@
-"""Load the compiled module, or find out why V-REP's files are decoded in NumPy."""
+"""Load the compiled module, or find out why V-REP's files are decoded in Python."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SOURCE = Path(__file__).with_name("_huffman.c")
 
 
 def compiled_module() -> ModuleType | None:
-    """Return the compiled module, `_huffman.pyi`; None where files are decoded in NumPy."""
+    """Return the compiled module, `_huffman.pyi`; None where files are decoded in Python."""
     return form().module
 
 
