@@ -78,13 +78,13 @@ def _bare_of(seconds: float) -> str:
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     cases: dict[str, Callable[[], object]] = {}
     for seconds in STEPS_S:
-        client, handles = _world(stack, seconds)
+        client, handles = world(stack, seconds)
         cases[_loop_of(seconds)] = partial(control_loop, client, handles)
         cases[_bare_of(seconds)] = Physics(stack, seconds).step
-    stopped, handles = _world(stack, 0.05, is_running=False)
+    stopped, handles = world(stack, 0.05, is_running=False)
     cases[READ] = partial(vrep.simxGetJointPosition, stopped, handles[0], vrep.simx_opmode_blocking)
     cases[SET] = partial(vrep.simxSetJointTargetPosition, stopped, handles[0], 0.0, vrep.simx_opmode_blocking)
-    cases[RESET] = partial(_reset, stopped)
+    cases[RESET] = partial(reset, stopped)
     if is_installed():
         arm = direct(stack)
         cases[PYBULLET], cases[PYBULLET_LOOP] = arm.read, arm.loop
@@ -96,7 +96,8 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     return taken
 
 
-def _world(stack: ExitStack, seconds: float, *, is_running: bool = True) -> tuple[int, list[int]]:
+def world(stack: ExitStack, seconds: float, *, is_running: bool = True) -> tuple[int, list[int]]:
+    """Return a client of an embedded simulation of the tutorial's scene, and the handles of the arm's joints."""
     client = stack.enter_context(Client.embedded("ur5_rg2_kinect", time_step=seconds)).id
     handles = [handle_of(client, name) for name in JOINTS]
     if is_running:
@@ -116,7 +117,8 @@ def control_loop(client: int, handles: list[int]) -> None:
     check(vrep.simxSynchronousTrigger(client))
 
 
-def _reset(client: int) -> None:
+def reset(client: int) -> None:
+    """Stop the simulation and start it anew, step by step."""
     check(vrep.simxStopSimulation(client, vrep.simx_opmode_blocking))
     check(vrep.simxSynchronous(client, True))
     check(vrep.simxStartSimulation(client, vrep.simx_opmode_blocking))

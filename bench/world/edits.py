@@ -17,6 +17,7 @@ from simx_server.editing import copying, creating, models
 from simx_server.scene.editing import editing
 from simx_server.scene.formats.loader import load_text
 from simx_server.sensors.rendering.render_thread import RenderThread
+from simx_server.simulation.simulation import Simulation
 from simx_server.world.world import World
 
 from .boxes import MODEL
@@ -73,13 +74,7 @@ def _taken(static: int, free: int, effort: Effort) -> dict[str, Rounds]:
     """Seconds of each edit, in turn, in a run whose stop takes all of them back."""
     rounds = effort.count(9, 3)
     with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        rendering = RenderThread()
-        stack.callback(rendering.close)
-        world = build_world(rendering, workspace=folder)
-        sim = world.simulation
-        sim.use(*load_text(_scene(static, free)))
-        edits = _edits(world, folder)
+        sim, edits = opened(static, free, stack)
         taken: dict[str, list[float]] = {what: [] for what in edits}
         progress = Progress(f"edits in {static + free} bodies", (rounds + 1) * len(edits))
         for turn in range(rounds + 1):
@@ -93,6 +88,16 @@ def _taken(static: int, free: int, effort: Effort) -> dict[str, Rounds]:
                 progress.step()
             sim.stop()
     return {what: Rounds(tuple((seconds,) for seconds in values)) for what, values in taken.items()}
+
+
+def opened(static: int, free: int, stack: ExitStack) -> tuple[Simulation, dict[str, Callable[[], object]]]:
+    """Return a simulation of so many bodies, and edits of it by name."""
+    folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+    rendering = RenderThread()
+    stack.callback(rendering.close)
+    world = build_world(rendering, workspace=folder)
+    world.simulation.use(*load_text(_scene(static, free)))
+    return world.simulation, _edits(world, folder)
 
 
 def _edits(world: World, folder: Path) -> dict[str, Callable[[], object]]:

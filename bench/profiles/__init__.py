@@ -1,0 +1,1 @@
+"""Where the time of an operation goes, by function: for the aims that are not reached."""
