@@ -11,12 +11,13 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from types import MappingProxyType
 from typing import Any
 
 from simx_client.protocol.codec import MAX_BATCH
 from simx_client.protocol.files import MAX_FILE
+from simx_client.protocol.python.light_dataclass import dataclass
 
 from .errors import CommandError, StartError
 

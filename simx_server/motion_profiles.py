@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 from types import ModuleType
 
 from simx_client.protocol.cli.installing import package_line
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 
 MOST_VALUES = 100

@@ -10,8 +10,8 @@ from typing import Any, cast
 
 import msgpack
 
-from .garbage import no_collections
 from .messages import Batch, Call, Delivery, Greeting, Reply, Status, Welcome, of_fields
+from .python.garbage import no_collections
 
 MAX_MESSAGE = 256 << 20
 """Maximum size of a decoded message in bytes."""

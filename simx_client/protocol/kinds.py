@@ -17,8 +17,9 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import Any, cast
+
+from .python.light_dataclass import dataclass
 
 MAX_ITEMS = 1_000_000
 """Longest list of numbers or texts that either side accepts."""

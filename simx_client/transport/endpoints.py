@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass
 
 from simx_client.protocol.zenoh.keys import check_chunk
 
+from ..protocol.python.light_dataclass import dataclass
 from .redirect import redirected
 
 CONNECT_VARIABLE = "SIMX_CONNECT"

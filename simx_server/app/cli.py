@@ -17,7 +17,7 @@ from functools import partial
 from simx_client.protocol.cli.exit_codes import DONE, FAILURE, INTERRUPTED, USAGE
 from simx_client.protocol.cli.parser import Parser
 from simx_client.protocol.cli.terminal import print_what_can_be, while_read
-from simx_client.protocol.garbage import made_to_stay
+from simx_client.protocol.python.garbage import made_to_stay
 from simx_server import __version__
 from simx_server.processes import log_format
 from simx_server.processes.early_end import ended_by_sigterm

@@ -7,8 +7,8 @@ the embedded form follow. A new watcher overrides events of `service/watcher.py`
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.gateways.descriptors import DescriptorWatch
 from simx_server.gateways.gateway import Entry
 from simx_server.gateways.lane.gateway import open_lane

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 
 from simx_client.protocol.add_ons.windows import ADD_ON as WINDOWS
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.gateways.gateway import Entry, Gateway, Opening
 from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.handlers import HANDLERS

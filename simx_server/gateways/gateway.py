@@ -6,9 +6,10 @@ A new gateway is a folder here and a line in the list of `app/extensions.py`.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.service.watcher import Watcher
 
 if TYPE_CHECKING:

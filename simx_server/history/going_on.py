@@ -9,9 +9,9 @@ interrupted. Variables of scripts cannot be saved; `GoneOn.restarted` names the 
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.scripting.script import ScriptKind
 

@@ -6,12 +6,13 @@ takes 15 kB and 60 us.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.joints.moments import Moment as JointsMoment
 from simx_server.parts.communication.signals import Values
 from simx_server.scene.editing.model_state import STATE, get_state

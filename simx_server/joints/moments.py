@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 from .measured import Positions
 from .state import SETTING_NAMES, Binding, JointState, setting_values

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from enum import IntEnum
 from operator import attrgetter
 
 import mujoco
 import numpy as np
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.motion_profiles import Profile
 from simx_server.scene.dependencies import EQUALITY
 from simx_server.scene.formats.annotations import Annotation, numbers_of

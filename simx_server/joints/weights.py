@@ -8,10 +8,11 @@ the inertia of motors. It takes the inertia of degrees of freedom that touch no 
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 KINEMATIC_ARMATURE = 1e5
 """Inertia in kg m2 (kg) added to a kinematic joint. With ten times as much the solver ends too early."""

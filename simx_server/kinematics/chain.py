@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import IntFlag
 from typing import TYPE_CHECKING
 
@@ -12,6 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.poses.joint_chain import body_pose
 from simx_server.scene.poses.placing import carrier_body, object_pose
 from simx_server.scene.poses.poses import IDENTITY, Pose, compose, inverse

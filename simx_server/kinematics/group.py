@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 from .chain import Element, Joints
 from .solver import Calculation, Result, Solution

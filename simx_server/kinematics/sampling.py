@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from time import monotonic
 
 import numpy as np
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.poses.poses import Pose
 
 from ..errors import CommandError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from simx_client.protocol.python.light_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.poses.poses import Pose, Quaternion, normalised
 
 from ..errors import CommandError

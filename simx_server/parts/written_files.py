@@ -8,10 +8,11 @@ same checks and limits.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.files.regular_files import read_of_client

@@ -28,12 +28,12 @@ import threading
 import time
 from collections.abc import Callable, Collection, Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import NoReturn
 
 from simx_client.protocol.cli.exit_codes import INTERRUPTED
+from simx_client.protocol.python.light_dataclass import dataclass
 
 from .lifeline import end_with
 

@@ -10,9 +10,10 @@ create more collections, and change any of them: until the stop, if it did so wh
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError, UnknownHandle
 from simx_server.simulation.part import Part
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import UnknownHandle, WrongKind
 
 from .assets.asset_files import AssetFiles

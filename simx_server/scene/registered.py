@@ -7,9 +7,9 @@ the old ones. An entry lives as long as its annotation and its objects exist.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 
 from .formats.annotations import ENTITY_PREFIX, FREE, WORLD, Annotation, Value

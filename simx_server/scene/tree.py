@@ -8,12 +8,14 @@ nearest object above. Names that start with INTERNAL were given by the loader to
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 
 import mujoco
 import numpy as np
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 from .formats.annotations import WORLD, Annotation, Annotations, SceneError, check_objects
 from .naming.names import GRAFT_END, INTERNAL, alias_of

@@ -31,9 +31,10 @@ limit in wall time.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Protocol, runtime_checkable
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 from ..errors import CommandError
 

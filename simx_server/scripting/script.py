@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntEnum
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol import constants
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.files.library import MODELS
 
 from ..errors import CommandError

@@ -14,12 +14,12 @@ from __future__ import annotations
 import logging
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.editing import renaming
 from simx_server.scene.formats.annotations import Annotation
 from simx_server.scene.poses.poses import Vector

@@ -6,8 +6,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 from .answers.outbox import Outbox
 from .answers.publishing import Publisher

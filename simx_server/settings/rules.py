@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from ipaddress import IPv4Address
 from pathlib import Path
 from typing import Any, TypeVar
 
 from simx_client.protocol.nearest import did_you_mean
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import StartError
 
 _T = TypeVar("_T")

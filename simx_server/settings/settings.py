@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from simx_client.protocol.files import SAVED_SUFFIXES
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_client.protocol.zenoh import keys
 from simx_server.limits import NAMES as LIMIT_NAMES
 from simx_server.limits import VALID as VALID_LIMIT

@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 
 def nothing() -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.editing.model_state import (
     STATE,
     get_state,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simx_client.protocol import constants as c
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.objects import SceneObject
 from simx_server.scene.poses.placing import free_joint, object_pose, place
 from simx_server.scene.poses.poses import Pose

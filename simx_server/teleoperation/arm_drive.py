@@ -8,12 +8,12 @@ replay moves the arm in the same way.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from simx_client.protocol.add_ons.teleoperation import HELD, SPEED, TURN
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.kinematics.scratch import Array, Scratch
 from simx_server.kinematics.solver import Calculation, Method, Solver

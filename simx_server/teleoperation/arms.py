@@ -6,9 +6,9 @@ is one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.joints.servo import Rule
 from simx_server.joints.state import JointMode

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar, Literal
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.joints.stepping.apart import Stepping
 from simx_server.kinematics import IkGroups
 from simx_server.kinematics.planning.scene_tasks.motion_plannings import MotionPlannings

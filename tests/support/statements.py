@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-from simx_client.protocol.garbage import no_collections
+from simx_client.protocol.python.garbage import no_collections
 
 _HAVE_STATEMENTS = (ast.stmt, ast.excepthandler, ast.match_case)
 

@@ -11,7 +11,7 @@ import mujoco
 import pytest
 from statements import parsed, statements
 
-from simx_client.protocol.garbage import no_collections
+from simx_client.protocol.python.garbage import no_collections
 
 ROOT = Path(__file__).parents[2]
 PRODUCT = ("simx_server", "simx_client")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from functools import cached_property
 from typing import Any
 
 from ..kinds import Kind
+from ..python.light_dataclass import dataclass
 from .meanings import Meaning
 
 

@@ -7,12 +7,13 @@ an argument's name.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from typing import Any
 
 from .. import kinds as k
 from ..kinds import Kind
+from ..python.light_dataclass import dataclass
 
 REQUIRED: Any = object()
 """The value of `Meaning.omitted` where an argument must be given."""

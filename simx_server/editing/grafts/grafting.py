@@ -6,12 +6,13 @@ The elements get a unique prefix; their objects get V-REP's names, with copy num
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
 import mujoco
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.editing.copies.element_copies import Copier
 from simx_server.scene.editing.copies.joining import join, weight_of
 from simx_server.scene.editing.copies.straight import Straight

@@ -14,10 +14,10 @@ import sys
 import threading
 import time
 from collections import Counter, deque
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_client.protocol.zenoh import keys
 from simx_server.service.clients.admission.unfinished import Holder, Unfinished
 

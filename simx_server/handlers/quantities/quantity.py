@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.constant_tables import number_of
 from simx_server.errors import Unsupported
 

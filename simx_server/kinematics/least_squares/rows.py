@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.kinematics.chain import Constraint
 from simx_server.scene.poses.poses import (
     NO_TURN,

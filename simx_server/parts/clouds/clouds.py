@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.scene.editing import renaming
 from simx_server.scene.formats.annotations import numbers_of

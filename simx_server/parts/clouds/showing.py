@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene import properties
 from simx_server.scene.assets.filing import give_points
 from simx_server.scene.editing.recompile import edit

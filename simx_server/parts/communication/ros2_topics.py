@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.simulation.part import Part
 

@@ -6,9 +6,9 @@ Each script reads the messages that come after its first call; at most 64 unread
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 
 from simx_client.protocol import constants as c
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.simulation.part import Part
 
 MAX_UNREAD = 64

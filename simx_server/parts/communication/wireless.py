@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.poses import frames
 from simx_server.scene.poses.poses import IDENTITY, Pose, conjugate, rotate, subtract
 from simx_server.simulation.part import Part

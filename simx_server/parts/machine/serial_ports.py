@@ -7,10 +7,10 @@ import importlib.util
 import math
 import os
 import time
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.cli.installing import extra_line
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.simulation.part import Part
 

@@ -7,10 +7,11 @@ closed console succeeds (as in V-REP); a handle that never belonged to a console
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntFlag
 from typing import Any
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.status_bar import as_log_line
 from simx_server.simulation.simulation import SimulationState

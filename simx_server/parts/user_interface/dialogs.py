@@ -8,11 +8,11 @@ function to answer a dialog: the web viewer does it, or a client through the add
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from simx_client.protocol import constants as c
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError, Unsupported
 from simx_server.parts.status_bar import as_log_line
 

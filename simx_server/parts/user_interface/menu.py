@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 
 from .registry import Registry

@@ -6,9 +6,10 @@ Three APIs translate into it: V-REP's OpenGL UIs with their bits (`custom_uis.py
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, ClassVar, Generic, TypeVar
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 
 from .widgets import Widget

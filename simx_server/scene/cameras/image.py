@@ -13,13 +13,13 @@ Rules, the same for OpenGL and for ray casting:
 
 import math
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
 from typing import Protocol
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import RenderError as RenderError
 
 MAX_SIDE = 4096

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.geometry.highlights import SPECULAR
 from simx_server.scene.spec_elements import leaves_of
 

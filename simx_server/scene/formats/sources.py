@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 import mujoco
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.files.library import shipped_scenes
 from simx_server.files.regular_files import is_file
 

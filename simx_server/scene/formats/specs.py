@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import mujoco
 
 from simx_client.protocol.files import ARCHIVE_SUFFIXES, MESH_SUFFIXES, OPENED_SUFFIXES
+from simx_client.protocol.python.light_dataclass import dataclass
 
 from .annotations import SceneError
 from .archives.archive import is_archive

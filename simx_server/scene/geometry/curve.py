@@ -16,11 +16,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import IntEnum
 from itertools import pairwise
 
 from simx_client.protocol import constants as c
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.scene.poses import poses
 from simx_server.scene.poses.poses import Pose, Quaternion, Vector

@@ -5,10 +5,10 @@ A mesh has no colours in MuJoCo, so each face shows one square of a texture of a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 MOST_SHOWN = 20_000
 """Points of one object that its mesh shows; they are chosen evenly."""

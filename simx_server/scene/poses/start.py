@@ -7,12 +7,13 @@ everything that is computed from them stays as it was. The turns of spherical jo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.formats.annotations import PREFIX, SceneError
 
 KEY = PREFIX + "start"

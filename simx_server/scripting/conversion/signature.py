@@ -15,11 +15,12 @@ import re
 import types
 import typing
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import repeat
 from typing import Annotated, Any, cast
 
 from simx_client.protocol.kinds import apply, to_int32
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 
 from ..interpreter import Function, Plain

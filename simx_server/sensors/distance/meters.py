@@ -11,10 +11,10 @@ collections and of "all others". If a caller names a single object, it is measur
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from simx_client.protocol import constants as c
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.scene.abilities import ability
 from simx_server.scene.collection import ALL, Collections

@@ -18,10 +18,10 @@ import textwrap
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import RenderError
 from simx_server.processes.delays import delay
 

@@ -14,10 +14,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 Array = NDArray[np.float64]
 Lines = Callable[[Array], tuple[Array, Array]]

@@ -3,11 +3,12 @@
 import time
 from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
 
 import mujoco
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.cameras.image import CameraImage, CameraView, Renderer, RenderError
 from simx_server.sensors.opengl.backend import Backend
 

@@ -1,9 +1,10 @@
 """Copies of the state for rendering: one per version for all views; MjData is reused."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass
 
 import mujoco
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 _KEPT = 4
 """Number of idle MjData kept for the next copies; rarely more than a few versions are in use at once."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import Future
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.cameras.image import (
     MAX_SIDE,
     CameraImage,

@@ -11,12 +11,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Container, Hashable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.codec import encode_delivery
 from simx_client.protocol.commands import Command
 from simx_client.protocol.messages import Delivery
+from simx_client.protocol.python.light_dataclass import dataclass
 
 from .answers import Answer
 

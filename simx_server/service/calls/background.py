@@ -13,10 +13,10 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from simx_client.protocol.commands import Command
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 
 Result = TypeVar("Result")

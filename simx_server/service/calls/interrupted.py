@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.messages import Call, Reply
+from simx_client.protocol.python.light_dataclass import dataclass
 
 if TYPE_CHECKING:
     from simx_server.service.monitoring.log_of_calls import Called

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from simx_client.protocol.commands import ANSWERED, Command
+from simx_client.protocol.python.light_dataclass import dataclass
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

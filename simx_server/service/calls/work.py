@@ -7,7 +7,7 @@ executed meanwhile; what it demands is read from its calls.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import islice
 from typing import TYPE_CHECKING, Protocol
 
@@ -16,6 +16,7 @@ import msgpack
 from simx_client.protocol.codec import CodecError, decode_batch, decode_callers
 from simx_client.protocol.commands import ANSWERED, Command
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Operation
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.service.answers.answers import size_of
 
 if TYPE_CHECKING:

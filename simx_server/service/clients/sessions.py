@@ -6,11 +6,12 @@ import logging
 from collections import defaultdict, deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from simx_client.protocol.messages import Reply
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_client.protocol.zenoh.keys import VIEWER
 from simx_client.protocol.zenoh.link import LEASE_MS
 from simx_server.errors import CommandError

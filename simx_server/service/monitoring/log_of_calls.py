@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
 from heapq import merge
 from itertools import islice
 from operator import itemgetter
@@ -13,6 +12,7 @@ from typing import Any
 
 from simx_client.protocol.commands import TRIGGER
 from simx_client.protocol.messages import STATUS_OK
+from simx_client.protocol.python.light_dataclass import dataclass
 
 MOST_PER_STEP = 500
 """Calls of one simulation step that are kept, of those that read and of the others each; earlier ones are counted."""

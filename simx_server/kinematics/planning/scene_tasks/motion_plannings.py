@@ -5,9 +5,9 @@ V-REP searched a grid of joint values that it kept in the file. Here the planner
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.scene.collection import ALL
 from simx_server.scene.formats.annotations import Annotation, numbers_of

@@ -7,10 +7,10 @@ each search step; here the planner of `paths.py` searches, with random numbers. 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 from simx_server.scene.formats.annotations import Annotation, numbers_of
 from simx_server.scene.registered import Registry

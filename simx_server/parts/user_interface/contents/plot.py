@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 MAX_POINTS = 10_000
 """Most points of a curve that are kept; the oldest are dropped first."""

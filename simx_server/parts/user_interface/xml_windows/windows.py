@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 
 from ..registry import Registry

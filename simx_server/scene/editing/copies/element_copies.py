@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 
 LEAVES = {"site": "sites", "camera": "cameras", "light": "lights", "geom": "geoms", "joint": "joints"}

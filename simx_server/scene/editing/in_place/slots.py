@@ -7,9 +7,10 @@ of a compiled model cannot change.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.naming.names import GRAFT_END, INTERNAL
 
 _FEWEST, _MOST = 4, 64

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.editing.recompile import refuse_in_physics
 from simx_server.scene.naming.names import alias_of
 from simx_server.scene.objects import SceneObject

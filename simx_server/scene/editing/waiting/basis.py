@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 if TYPE_CHECKING:
     import mujoco

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.editing.copies.straight import Straight
 from simx_server.scene.formats.annotations import Annotation, Annotations
 from simx_server.scene.formats.loader import SceneError, compile_spec

@@ -10,9 +10,10 @@ behind it move up. The results are those of one compile for each edit, bit for b
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.scene.editing.transplant import delete_all
 from simx_server.scene.poses.start import Start
 

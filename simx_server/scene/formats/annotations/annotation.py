@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from simx_client.protocol.python.light_dataclass import dataclass
 from simx_server.errors import CommandError
 
 PREFIX = "simx:"

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 MOST_COMPONENTS = 100
 MOST_POINTS = 1_000_000

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 POSITION = ("x", "y", "z")
 """World coordinates of an object."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+from simx_client.protocol.python.light_dataclass import dataclass
 
 if TYPE_CHECKING:
     from .image_filters import Image, Mask

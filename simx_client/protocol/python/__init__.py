@@ -1,0 +1,1 @@
+"""Costs of Python itself, and how this project saves them."""
