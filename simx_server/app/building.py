@@ -48,9 +48,9 @@ from simx_server.scene.finding.scene_files import SceneFiles
 from simx_server.scene.formats.kept_models import KeptModels
 from simx_server.scene.formats.sources import Sources
 from simx_server.scene.trial.trials import Trials
-from simx_server.scripting import Scripts
 from simx_server.scripting.script import Script
 from simx_server.scripting.script_parameters import ScriptParameters
+from simx_server.scripting.scripts import Scripts
 from simx_server.sensors.contacts import Contacts
 from simx_server.sensors.distance.meters import Meters
 from simx_server.sensors.force import ForceSensors

@@ -19,8 +19,9 @@ from simx_server.errors import CommandError
 from simx_server.outputs.filming.shot import Pixels
 from simx_server.simulation.part import Part
 
-from .cameras import Cameras, Light, Wanted
+from .cameras import Cameras
 from .quantities import Quantity, find, usual_actions, usual_observations
+from .wanted import Light, Wanted
 
 if TYPE_CHECKING:
     from simx_server.world.world import World

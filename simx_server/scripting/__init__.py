@@ -6,7 +6,3 @@ is called, `lives.py` starts, calls and ends one, `callbacks/` calls those that 
 `python/`. The ``sim`` that scripts see is in `sim_api/`; `conversion/` makes typed arguments of their values.
 `bodies.py` is for scripts of V-REP 3.
 """
-
-from .scripts import Scripts
-
-__all__ = ["Scripts"]

@@ -19,7 +19,7 @@ from .grippers import Gripper, gripper_of
 if TYPE_CHECKING:
     from simx_server.kinematics import IkGroups
     from simx_server.parts.communication.signals import Signals
-    from simx_server.scripting import Scripts
+    from simx_server.scripting.scripts import Scripts
     from simx_server.simulation.simulation import Simulation
 
 _Function = Callable[[list[int], list[float], str], bytes]

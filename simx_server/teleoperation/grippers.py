@@ -17,7 +17,7 @@ from .arms import BY_VELOCITY, Arm, command
 
 if TYPE_CHECKING:
     from simx_server.parts.communication.signals import Signals
-    from simx_server.scripting import Scripts
+    from simx_server.scripting.scripts import Scripts
     from simx_server.simulation.simulation import Simulation
 
 _FINGER_SPEED = 0.05

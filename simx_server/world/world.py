@@ -44,8 +44,8 @@ from simx_server.parts.written_files import WrittenFiles
 from simx_server.scene.collection import Collections
 from simx_server.scene.formats.kept_models import KeptModels
 from simx_server.scene.trial.trials import Trials
-from simx_server.scripting import Scripts
 from simx_server.scripting.script_parameters import ScriptParameters
+from simx_server.scripting.scripts import Scripts
 from simx_server.sensors.contacts import Contacts
 from simx_server.sensors.distance.meters import Meters
 from simx_server.sensors.force import ForceSensors

@@ -4,5 +4,5 @@ from __future__ import annotations
 
 from ..server_command import ServerCommand
 
-COMMAND = ServerCommand("fit", "Find the first simulation step in which two recordings fiter")
+COMMAND = ServerCommand("fit", "Choose physics with which runs meet recorded ones")
 make_parser, main = COMMAND.make_parser, COMMAND.main

@@ -14,20 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .trajectories import (
-    ANSWER,
-    FORCE,
-    JOINT,
-    ORIENTATION,
-    POSITION,
-    SAME_TIME,
-    VELOCITY,
-    Call,
-    Floats,
-    Quantity,
-    Run,
-    Series,
-)
+from .quantities import ANSWER, FORCE, JOINT, ORIENTATION, POSITION, VELOCITY
+from .trajectories import SAME_TIME, Call, Floats, Quantity, Run, Series
 
 WIDEST = 2.5
 """Usual intervals between two samples over which values are interpolated."""

@@ -17,7 +17,8 @@ import numpy as np
 
 from simx_server.errors import CommandError
 
-from .trajectories import ANSWER, UNITS, WIDTHS, Call, Floats, Quantity, Run, Series
+from .quantities import ANSWER, UNITS, WIDTHS
+from .trajectories import Call, Floats, Quantity, Run, Series
 
 LARGEST = 1 << 30
 """Bytes of a file, and of what an NPZ unpacks to."""

@@ -7,8 +7,9 @@ from html import escape
 
 from .departures import Comparison, Departure
 from .plots import plot
+from .quantities import ORIENTATION, POSITION, UNITS
 from .text import Names, first_of_each, lines, size_text
-from .trajectories import ORIENTATION, POSITION, UNITS, Run
+from .trajectories import Run
 
 MOST_PLOTS = 24
 

@@ -23,7 +23,8 @@ from simx_server.scene.poses.frames import get_pose
 from simx_server.settings.settings import Settings
 from simx_server.world.world import World
 
-from .trajectories import FORCE, JOINT, ORIENTATION, POSITION, VELOCITY, WIDTHS, Collector, Quantity, Run
+from .quantities import FORCE, JOINT, ORIENTATION, POSITION, VELOCITY, WIDTHS
+from .trajectories import Collector, Quantity, Run
 
 Change = Callable[[mujoco.MjSpec], None]
 

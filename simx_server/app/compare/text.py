@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from .departures import Comparison, Departure, Tolerance
-from .trajectories import ANSWER, UNITS
+from .quantities import ANSWER, UNITS
 
 SHOWN = 12
 """Quantities and objects that are listed."""

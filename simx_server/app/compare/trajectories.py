@@ -2,30 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .quantities import ANSWER
+
 Floats = NDArray[np.float64]
-
-POSITION, ORIENTATION = "position", "orientation"
-JOINT, VELOCITY, FORCE = "joint", "velocity", "force"
-ANSWER = "answer"
-
-UNITS: Mapping[str, str] = {
-    POSITION: "m",
-    ORIENTATION: "deg",
-    JOINT: "rad or m",
-    VELOCITY: "rad/s or m/s",
-    FORCE: "N m or N",
-    ANSWER: "",
-}
-"""The quantities, and the units of their differences. An orientation is a quaternion w, x, y, z."""
-
-WIDTHS: Mapping[str, int] = {POSITION: 3, ORIENTATION: 4, JOINT: 1, VELOCITY: 1, FORCE: 1}
 
 SAME_TIME = 5e-4
 """Seconds between two times that are the same; the original's protocol counts milliseconds."""

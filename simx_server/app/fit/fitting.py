@@ -11,19 +11,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from simx_client.protocol.cli.installing import extra_line
 from simx_server.app.compare.departures import aligned
+from simx_server.app.compare.quantities import JOINT, ORIENTATION
 from simx_server.app.compare.replayed import replayed
-from simx_server.app.compare.trajectories import JOINT, ORIENTATION, Floats, Quantity, Run, Series
+from simx_server.app.compare.trajectories import Floats, Quantity, Run, Series
 from simx_server.errors import CommandError
 from simx_server.recording.replayed import Divergence
 from simx_server.settings.settings import Settings
 
-from .parameters import Free, Spec
+from .parameters import Free
+
+if TYPE_CHECKING:
+    from .parameters import Spec
 
 STEPS = (3e-2, 1e-3)
 """Steps of the logarithms for derivatives. The first one sees over the small steps that contacts make in the

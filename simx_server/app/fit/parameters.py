@@ -6,9 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
-
-import mujoco
+from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.nearest import did_you_mean
 from simx_server.errors import CommandError
@@ -16,7 +14,10 @@ from simx_server.scene.formats.annotations.annotation import PREFIX
 from simx_server.scene.formats.annotations.reading import parse
 from simx_server.scene.formats.annotations.writing import note_text
 
-Spec = mujoco.MjSpec
+if TYPE_CHECKING:
+    import mujoco
+
+    Spec = mujoco.MjSpec
 
 
 @dataclass(frozen=True)

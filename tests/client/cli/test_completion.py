@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from launching import python
 
 from simx_client import __main__ as program
 from simx_client.cli.command_parser import SCRIPT
@@ -119,3 +120,14 @@ def test_an_unknown_shell_is_wrong_use(capsys: pytest.CaptureFixture[str]) -> No
         program.main(["completion", "csh"])
     assert left.value.code == 2
     assert "csh" in capsys.readouterr().err
+
+
+def test_the_parsers_need_no_simulator(tmp_path: Path) -> None:
+    """Help and completion are for people who wait: MuJoCo alone takes longer than all parsers."""
+    code = """
+import sys
+from simx_client.cli.completion import programs
+programs()
+print({"mujoco", "zenoh", "numpy", "cv2"} & set(sys.modules))
+"""
+    assert python(tmp_path, "-c", code).stdout.strip() == "set()"

@@ -28,7 +28,8 @@ from simx_server.gateways.original.splitting import Incoming
 from simx_server.gateways.original.translation import UNKNOWN, WIRES, command_of, translate
 from simx_server.scene.poses.frames import quat_from_euler
 
-from ..trajectories import ANSWER, FORCE, JOINT, ORIENTATION, POSITION, Call, Collector, Quantity
+from ..quantities import ANSWER, FORCE, JOINT, ORIENTATION, POSITION
+from ..trajectories import Call, Collector, Quantity
 from .results import Reply, numbers_of, read_values, replies
 
 GROUP = WIRES[ANSWERED["simxGetObjectGroupData"].legacy_id or 0, None]

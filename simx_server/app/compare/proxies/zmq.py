@@ -17,7 +17,8 @@ from simx_server.errors import CommandError
 from simx_server.gateways.zmq.functions import described
 from simx_server.gateways.zmq.wire.messages import EXECUTED, MAX_MESSAGE
 
-from ..trajectories import ANSWER, FORCE, JOINT, ORIENTATION, POSITION, SAME_TIME, Call, Collector, Quantity
+from ..quantities import ANSWER, FORCE, JOINT, ORIENTATION, POSITION
+from ..trajectories import SAME_TIME, Call, Collector, Quantity
 
 TIMEOUT_MS = 60_000
 MOST_OBJECTS = 300

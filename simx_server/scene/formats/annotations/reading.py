@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import mujoco
+from typing import TYPE_CHECKING
 
 from simx_server.scene.formats.texts.old_uis import UI_TEXT, read_ui_text
 from simx_server.scene.formats.texts.scripts import TEXT_KINDS, place_script
@@ -11,6 +11,9 @@ from simx_server.scene.formats.texts.values import decode
 from .annotation import PREFIX, Annotation, Annotations, SceneError
 from .grammar import FREE, GRAMMAR, REGISTERED, WORLD
 from .ros2_keys import check_keys
+
+if TYPE_CHECKING:
+    import mujoco
 
 _LONGEST_WORD = 200
 """Characters of a wrong word that a message shows."""

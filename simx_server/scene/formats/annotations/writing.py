@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-
-import mujoco
+from typing import TYPE_CHECKING
 
 from simx_server.scene.formats.texts.old_uis import UI_TEXT
 from simx_server.scene.formats.texts.scripts import SCRIPT_NOTES
@@ -12,6 +11,9 @@ from simx_server.scene.formats.texts.values import encode, encode_key
 
 from .annotation import PREFIX, Annotation, Annotations, Value
 from .grammar import WORLD
+
+if TYPE_CHECKING:
+    import mujoco
 
 _MAIN = "main"
 _IN_TEXT = ("text", "language", "type")

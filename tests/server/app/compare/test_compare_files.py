@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from simx_client.protocol.cli.exit_codes import DIVERGED
-from simx_server.app.compare.command import exit_code, tolerances_of
+from simx_server.app.compare.comparing import exit_code, tolerances_of
 from simx_server.app.compare.departures import TOLERANCES, Tolerance, aligned, compare
 from simx_server.app.compare.files import read_run, write_run
 from simx_server.app.compare.page import page
