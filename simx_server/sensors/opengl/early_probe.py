@@ -1,7 +1,8 @@
 """Try the first back end in a forked child while the rest of the server is still being imported. Linux only.
 
 A fork has mujoco imported already, so it costs a quarter of a probe in a new process, and mostly it is done before
-the scene is loaded. Fork before any other thread starts: a lock held by a thread at that instant would stay locked
+the scene is loaded. On one core it would delay the start by as long as it takes, so there it waits for the server to
+load the scene. Fork before any other thread starts: a lock held by a thread at that instant would stay locked
 in the child forever.
 """
 
@@ -90,15 +91,21 @@ class EarlyProbe:
     def __init__(self) -> None:
         self._name = candidates()[0]
         self._reader, writer = os.pipe()
+        may_begin, self._begins = os.pipe()
         self._child: int | None = os.fork()
         if self._child == 0:
-            _become_probe(self._name, writer)
+            os.close(self._begins)
+            _become_probe(self._name, writer, may_begin)
         os.close(writer)
+        os.close(may_begin)
+        if len(os.sched_getaffinity(0)) > 1:
+            self._begin()
 
     def __call__(self, name: str, give_up: threading.Event) -> str | None:
         """Try a back end as `gl_backend.probe_in_child` does: return None if it works, else the problem."""
         if name != self._name or self._child is None:
             return probe_in_child(name, give_up)
+        self._begin()
         said, limit = b"", time.monotonic() + PROBE_LIMIT
         while time.monotonic() < limit + delay(self._child) and not give_up.is_set():
             if select.select([self._reader], [], [], _GLANCE)[0]:
@@ -116,11 +123,17 @@ class EarlyProbe:
                 os.kill(self._child, signal.SIGKILL)
             self._reap()
 
+    def _begin(self) -> None:
+        """Have the child try the back end. Idempotent."""
+        with contextlib.suppress(BrokenPipeError):  # it has begun, and may have ended
+            os.write(self._begins, b"\n")
+
     def _reap(self) -> int:
         """Return how the child ended. In a driver's kernel part it may hang forever, killed or not."""
         assert self._child is not None
         child, self._child = self._child, None
         os.close(self._reader)
+        os.close(self._begins)
         limit = time.monotonic() + DIES_WITHIN
         while (ended := os.waitpid(child, os.WNOHANG))[0] == 0:
             if time.monotonic() > limit:
@@ -129,7 +142,7 @@ class EarlyProbe:
         return os.waitstatus_to_exitcode(ended[1])
 
 
-def _become_probe(name: str, writer: int) -> NoReturn:
+def _become_probe(name: str, writer: int, may_begin: int) -> NoReturn:
     """Run the child: it must never return into the parent's code."""
     exit_code = 1
     try:
@@ -137,9 +150,11 @@ def _become_probe(name: str, writer: int) -> NoReturn:
             os.close(wakeup)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        signal.alarm(_LONGEST)  # ends it, even if the server is gone
         for standard in (1, 2):  # the ready line's pipe must not stay open here; a driver may write anything
             os.dup2(writer, standard)
+        if not os.read(may_begin, 1):  # the server is gone
+            os._exit(1)
+        signal.alarm(_LONGEST)  # ends it, even if the server is gone
         wrong = what_is_wrong(name)
         exit_code = 0 if wrong is None else 1
         os.write(writer, f"\n{wrong or ''}\n".encode())

@@ -287,6 +287,7 @@ def what_is_wrong(name):
     {does}
 
 gl_early.what_is_wrong = what_is_wrong
+os.sched_getaffinity = lambda process: {cores}
 probe, give_up = gl_early.EarlyProbe(), threading.Event()
 child = probe._child
 {then}
@@ -300,6 +301,7 @@ except ProcessLookupError:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only there a server forks to try a back end")
+@pytest.mark.parametrize("cores", [{0}, {0, 1}])
 @pytest.mark.parametrize(
     ("does", "then", "said"),
     [
@@ -310,15 +312,29 @@ except ProcessLookupError:
         ("time.sleep(60)", "gl_early.PROBE_LIMIT = 0", "no answer within 0 s"),
     ],
 )
-def test_an_early_probe_tells_what_is_wrong_and_leaves_no_process(does: str, then: str, said: str) -> None:
+def test_an_early_probe_tells_what_is_wrong_and_leaves_no_process(
+    does: str, then: str, said: str, cores: set[int]
+) -> None:
+    assert _probed(does, then, cores) == [said, "gone"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there a server forks to try a back end")
+def test_on_one_core_an_early_probe_begins_when_the_server_waits_for_it(tmp_path: Path) -> None:
+    mark = str(tmp_path / "waits")
+    does, then = f"return str(os.path.exists({mark!r}))", f"open({mark!r}, 'w').close()"
+    assert _probed(does, then, {0}) == ["True", "gone"]
+
+
+def _probed(does: str, then: str, cores: set[int]) -> list[str]:
+    """Return what a process prints that has an early probe."""
     done = subprocess.run(
-        [sys.executable, "-c", _FORK.format(does=does, then=then)],
+        [sys.executable, "-c", _FORK.format(does=does, then=then, cores=cores)],
         capture_output=True,
         text=True,
         timeout=60,
         check=True,
     )
-    assert done.stdout.splitlines() == [said, "gone"], done.stderr
+    return done.stdout.splitlines()
 
 
 _BEGIN = """
