@@ -125,7 +125,7 @@ class EarlyProbe:
 
     def _begin(self) -> None:
         """Have the child try the back end. Idempotent."""
-        with contextlib.suppress(BrokenPipeError):  # it has begun, and may have ended
+        with contextlib.suppress(BrokenPipeError):  # it has started, and may have ended
             os.write(self._begins, b"\n")
 
     def _reap(self) -> int:
