@@ -25,6 +25,8 @@ def prepare(world: World, settings: Settings) -> None:
         missing()  # it imports cbor2
     if settings.ros2 is not None:
         importlib.import_module("simx_server.gateways.ros2.gateway")
+    if world.scripts.all():
+        importlib.import_module("simx_server.scripting.lua.interpreter")
     if has_zmq or world.scripts.all():
         names = Namespaces.names()
         with contextlib.suppress(ScriptError):  # without lupa Lua scripts do not run, and say so

@@ -13,7 +13,6 @@ from simx_server.parts.status_bar import as_log_line
 from ..scene.properties import SCRIPTS_INACTIVE
 from .bodies import with_call_backs
 from .interpreter import TIME_LIMIT, Function, Interpreter, ScriptError
-from .lua.interpreter import LuaInterpreter
 from .script import (
     PYTHON,
     USUAL_VERBOSITY,
@@ -29,6 +28,8 @@ if TYPE_CHECKING:
     from simx_server.parts.communication.signals import Signals
     from simx_server.parts.status_bar import StatusBar
     from simx_server.simulation.simulation import Simulation
+
+    from .lua.interpreter import LuaInterpreter
 
 logger = logging.getLogger(__name__)
 
@@ -157,21 +158,20 @@ class Lives:
                 self._status_bar,
                 allows_code=self.allows_code,
             )
+            lua = None
             if script.language == PYTHON:
                 folder = script_folder(self._sim, script.folder)
                 script.interpreter = _python_interpreter(
                     script.file, side, self.time_limit, folder, self._needs_seccomp
                 )
             else:
-                script.interpreter = LuaInterpreter(script.file, side, time_limit=self.time_limit)
+                script.interpreter = lua = _lua_interpreter(script.file, side, self.time_limit)
                 source = with_call_backs(
                     source, threaded=script.threaded, is_child=script.kind == ScriptKind.CHILD
                 )
-            if script.threaded and isinstance(script.interpreter, LuaInterpreter):
-                script.interpreter.start_text(source, THREAD_FUNCTIONS)
-                script.has_thread = bool(
-                    self.within(lambda interpreter: interpreter.resume(), script.interpreter)
-                )
+            if script.threaded and lua is not None:
+                lua.start_text(source, THREAD_FUNCTIONS)
+                script.has_thread = bool(self.within(lambda interpreter: interpreter.resume(), lua))
             else:
                 self.within(lambda interpreter: interpreter.run(source), script.interpreter)
             if script.is_removed:
@@ -321,6 +321,13 @@ class Lives:
     def _serve_others(self) -> None:
         if not self._sim.physics_calls.is_in_step:  # a request may need a copy of the state
             self._sim.interruptions.serve_others()
+
+
+def _lua_interpreter(name: str, side: ScriptSide, time_limit: float) -> LuaInterpreter:
+    """Return an interpreter for Lua; the import is delayed until a scene has such a script."""
+    from .lua.interpreter import LuaInterpreter
+
+    return LuaInterpreter(name, side, time_limit=time_limit)
 
 
 def _python_interpreter(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simx_client.protocol import constants as c
-from simx_server.editing.copying import copy_objects
 from simx_server.errors import CommandError, UnknownHandle
 from simx_server.parts.communication.simulator_messages import SELECTION_CHANGED
 from simx_server.scene import properties
@@ -134,6 +133,8 @@ def rename_object(world: World, handle: int, name: str) -> None:
 @handler("simxCopyPasteObjects")
 def copy_paste_objects(world: World, handles: list[int]) -> list[int]:
     """Skip unknown handles and keep the selection. The stop removes copies made during the run."""
+    from simx_server.editing.copying import copy_objects  # most servers are not edited
+
     return copy_objects(world, handles)
 
 

@@ -8,7 +8,6 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, TypeVar
 
 from simx_client.protocol.files import VREP_UI_SUFFIX
-from simx_server.editing.models import add_model
 from simx_server.errors import CommandError
 from simx_server.files import workspace
 from simx_server.files.library import shipped_scenes
@@ -49,6 +48,8 @@ def add(world: World, found: Path, name: str) -> Steps[int]:
     model = yield from read(
         world, MODEL, found, name, lambda sources: world.kept_models.read(found, name, sources)
     )
+    from simx_server.editing.models import add_model  # most servers are not edited
+
     handle = add_model(world, model, found.resolve().parent, is_of_client=is_of_client)
     world.selection.handles = [handle]
     world.simulator_messages.post(MODEL_LOADED, handle)

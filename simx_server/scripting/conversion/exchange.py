@@ -8,7 +8,7 @@ from typing import Any
 
 from simx_client.protocol.kinds import MAX_BYTES
 
-from ..lua.interpreter import ScriptError
+from ..interpreter import ScriptError
 from .signature import describe, to_bytes, to_float, to_int, to_list, to_text
 
 
