@@ -44,6 +44,10 @@ class Joints(Machine):
         value = self._raw_position(binding) + state.offset
         return _wrapped(value) if _is_cyclic(binding, state) else value
 
+    def present_positions(self) -> memoryview[float]:
+        """Return `qpos` itself, for `known_places`; it is the same until `places_version` changes."""
+        return self._sim.data.qpos.data.cast("B").cast("d")
+
     def copied_positions(self) -> memoryview[float]:
         """Return a copy of `qpos`, for `known_places`."""
         return self._sim.data.qpos.copy().data.cast("B").cast("d")

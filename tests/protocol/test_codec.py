@@ -14,6 +14,7 @@ from seeds import many
 from simx_client.protocol import kinds
 from simx_client.protocol.codec import (
     CodecError,
+    NumberPacker,
     decode_batch,
     decode_delivery,
     decode_greeting,
@@ -168,6 +169,18 @@ def test_answers_packed_one_by_one_make_the_same_delivery(count: int, values: li
     assert decode_delivery(encode_delivery(whole._replace(replies=[]), b"".join(packed), count)) == (
         decode_delivery(encode(whole))
     )
+
+
+def test_numbers_packed_together_are_the_bytes_of_replies_packed_one_by_one() -> None:
+    numbers = [0.1, -0.0, 3.4028235677973366e38, -1e300, math.inf, math.nan, 5e-324, 1.0]
+    ids = [1, 127, 128, 255, 256, 65535, 65536, 0x7FFF_FFFF]
+    packer = NumberPacker(ids)
+    for time_ms in (0, 50, 127, 128, 70_000, 50, 0x7FFF_FFFF):
+        one_by_one = [
+            pack_reply_head(call_id) + pack_answer(0, time_ms, [number])
+            for call_id, number in zip(ids, numbers, strict=True)
+        ]
+        assert packer.pack(0, time_ms, numbers) == b"".join(one_by_one)
 
 
 def test_a_message_after_a_large_one_and_after_one_that_cannot_be_packed_is_whole() -> None:

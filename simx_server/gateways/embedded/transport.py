@@ -47,7 +47,7 @@ _MOST_WAITED = 0.05
 class EmbeddedTransport(PackingLink):
     """A ``simx_client.transport.direct.DirectTransport`` to a server loop in this process."""
 
-    copies_positions = True
+    copies_positions = keeps_positions = True
 
     def __init__(self, loop: ServerLoop, turns: Turns, client: str, name: str, port: int) -> None:
         """Make a link; ``greet`` joins the server.
@@ -149,6 +149,9 @@ class EmbeddedTransport(PackingLink):
     @property
     def has_messages(self) -> bool:
         return bool(self._deliveries or self._images)
+
+    def is_still(self) -> bool:
+        return False  # to know it takes as long as to look
 
     def newest(self) -> bytes | None:
         """Return None: values come by `take_values`."""

@@ -57,6 +57,8 @@ class EitherLink(Link):
     The function of a link that a call uses is the chosen link's own: a choice at each message would cost more.
     """
 
+    copies_positions, keeps_positions = True, False
+
     def __init__(self, client: str, token: str, first: Link, closed: Callable[[], object]) -> None:
         """Use the first one.
 
@@ -88,6 +90,8 @@ class EitherLink(Link):
 
 class LaneLink(Link):
     """A connection to one client by the lane. Any thread, except `close`."""
+
+    copies_positions, keeps_positions = True, False
 
     def __init__(
         self,

@@ -15,7 +15,10 @@ class Link:
     """A link that sends nothing. Any thread, except `publish`; no method blocks for long, or changes what it gets."""
 
     copies_positions: ClassVar[bool] = False
-    """The client reads its streams of joint positions from a copy, see `positions.py`."""
+    """The client's streams of joint positions are read from a copy, see `positions.py`."""
+
+    keeps_positions: ClassVar[bool] = True
+    """The copy is read after `publish`; otherwise the joints' numbers themselves serve."""
 
     def deliver(self, delivery: Delivery) -> None:
         """Send replies; every one arrives, in order."""
@@ -36,6 +39,8 @@ class Link:
 
 class PackingLink(Link):
     """A link that takes messages of this project's own protocol as bytes."""
+
+    copies_positions, keeps_positions = True, False
 
     def deliver(self, delivery: Delivery) -> None:
         self.put_replies(encode(delivery))

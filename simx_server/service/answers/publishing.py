@@ -113,6 +113,9 @@ class Publisher:
                         command, answer, time_ms, question=question, arguments=arguments, work=work
                     )
                     self._shared[question] = stream.shared
+                else:  # nothing renews it while all its clients read from copies
+                    stream.shared.answer, stream.shared.time_ms = answer, time_ms
+                    stream.shared.packed = None
         session.streams.arm(stream)
 
     def publish(
@@ -152,7 +155,9 @@ class Publisher:
     ) -> None:
         now, time_ms = time.monotonic(), self._messages.time_ms()
         streams = session.streams
-        positions, numbers = self._copy_positions(streams) if session.link.copies_positions else (None, None)
+        positions, numbers = None, None
+        if session.link.copies_positions:
+            positions, numbers = self._copy_positions(streams, session.link.keeps_positions)
         shares = streams.shares() if positions is None else positions.others
         if shares or streams.single:
             limit = _Limit(longest)
@@ -164,10 +169,13 @@ class Publisher:
             packer = partial(self._packer, session, time_ms)
             session.link.publish(NewestValues(streams, now, time_ms, head, packer, positions, numbers))
 
-    def _copy_positions(self, streams: Streams) -> tuple[Positions, memoryview[float] | None]:
+    def _copy_positions(self, streams: Streams, are_kept: bool) -> tuple[Positions, memoryview[float] | None]:
         """Return the streams that can be read from a copy of the joints' numbers, and the copy; None: there are none.
 
         They count as executed.
+
+        Args:
+            are_kept: the numbers are read later, so that the joints' own numbers do not serve.
         """
         joints, positions = self._simulation.joints, streams.positions
         if positions is None or not positions.hold(joints):
@@ -176,7 +184,7 @@ class Publisher:
         if not count:
             return positions, None
         began = time.perf_counter()
-        numbers = joints.copied_positions()
+        numbers = joints.copied_positions() if are_kept else positions.present
         self._executor.metrics.executed(JOINT_POSITION, (time.perf_counter() - began) / count, count)
         return positions, numbers
 

@@ -150,15 +150,20 @@ class Streams:
         """Return what these streams share with others, in the order they were armed."""
         return [share for _, share in self.shared_values()]
 
-    def parts(self, pack: Callable[[Value], bytes]) -> list[bytes]:
+    def parts(self, pack: Callable[[Value], bytes], positions: Positions | None = None) -> list[bytes]:
         """Return the newest answers as they travel, each behind its stream's head.
 
         Args:
             pack: packs an answer that is not packed yet.
+            positions: those of `shared` that travel in another way.
         """
-        shares = self.shares()
-        self._parts[1::2] = [pack(share) if share.packed is None else share.packed for share in shares]
-        parts = self._parts.copy()
+        shares = self.shares() if positions is None else positions.others
+        answers = [pack(share) if share.packed is None else share.packed for share in shares]
+        if positions is None:
+            self._parts[1::2] = answers
+            parts = self._parts.copy()
+        else:
+            parts = [part for both in zip(positions.heads, answers, strict=True) for part in both]
         for stream in self.single.values():
             if (value := stream.value) is not None:
                 parts += (stream.head, pack(value) if value.packed is None else value.packed)
@@ -259,9 +264,16 @@ class NewestValues:
 
     def packed(self) -> bytes:
         """Return them as a message, each packed once for all clients; empty if the same was sent a moment ago."""
-        streams, parts = self._streams, self._streams.parts(self._packer())
-        replies = b"".join(parts)
+        streams, positions, numbers = self._streams, self.positions, self.numbers
+        if positions is None or numbers is None:
+            parts = streams.parts(self._packer())
+            replies, count = b"".join(parts), len(parts) // 2
+        else:
+            replies, count = positions.packed(numbers, self.time_ms), len(positions.places)
+            if positions.others or streams.single:
+                parts = streams.parts(self._packer(), positions)
+                replies, count = b"".join((replies, *parts)), count + len(parts) // 2
         if replies == streams.last_sent and self._now < streams.next_repeat:
             return b""
         streams.last_sent, streams.next_repeat = replies, self._now + REPEAT
-        return encode_delivery(self._head(), replies, len(parts) // 2)
+        return encode_delivery(self._head(), replies, count)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from plain_world import World
+from plain_world import Joints, World
 
 from simx_client.protocol.codec import decode_delivery, encode
 from simx_client.protocol.messages import NOT_AWAITED_MS, Batch, Call, Delivery, Operation
@@ -305,12 +305,12 @@ def test_answers_leave_before_the_streams_of_the_next_step(world):
     link.heard.clear()
     world.simulation.start()
 
-    class Joints(dict):
+    class Sending(Joints):
         def __setitem__(self, handle, value):
             super().__setitem__(handle, value)
             _send(world, "one", 3, _read(3))  # comes while the call is executed, for after the pass
 
-    world.simulation.joints = Joints()
+    world.simulation.joints = Sending()
     _send(world, "one", 2, _set(2))
     world.settle()
     assert link.heard == [(2, [2]), (-1, [])]
@@ -329,7 +329,7 @@ def test_what_a_client_asked_before_it_left_is_answered(world):
     assert other.heard == [(1, [1])]
 
 
-class _Hooked(dict):
+class _Hooked(Joints):
     """Joint values; what is set is told to a function, while the call is executed."""
 
     def __init__(self, told):

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 from typing import cast
 
 import pytest
-from plain_world import HANDLERS, World
+from plain_world import HANDLERS, Joints, World
 
 import simx_client as v
 from simx_client.connection.timeouts import MAX_UNANSWERED
@@ -216,7 +216,7 @@ def test_streams_that_end_while_their_client_is_published_to_do_no_harm(world, c
     world.settle()
     (session,) = world.loop.service.clients.sessions.values()
 
-    class EndingAnother(dict):
+    class EndingAnother(Joints):
         def get(self, handle, default):
             session.streams.cancel(max(session.streams.by_id))
             return super().get(handle, default)
@@ -327,7 +327,7 @@ def test_a_stream_that_another_client_arms_meanwhile_is_sent_in_the_same_step(wo
     world.loop.service.clients.join("other", "other", 0, link)
     arming = [Call(7, Operation.STREAM, 0, "simxGetJointPosition", [2])]
 
-    class ArmingAnother(dict):
+    class ArmingAnother(Joints):
         def get(self, handle, default):
             if handle == 1 and arming:
                 world.loop.service.queue.submit("other", BatchWork(encode(Batch(1, 0, [arming.pop()]))))
@@ -390,7 +390,7 @@ def test_all_small_values_of_a_client_belong_to_one_instant(world):
     for handle in range(20):
         v.simxGetJointPosition(cid, handle, v.simx_opmode_streaming)
     for step in range(1, 4):
-        world.simulation.joints = dict.fromkeys(range(20), float(step))
+        world.simulation.joints = Joints(dict.fromkeys(range(20), float(step)))
         v.simxSynchronousTrigger(cid)
         values = {v.simxGetJointPosition(cid, handle, v.simx_opmode_buffer) for handle in range(20)}
         assert values == {(0, float(step))}
@@ -505,7 +505,7 @@ def test_what_a_client_asks_for_twice_is_computed_once(world):
     world.settle()
     asked = []
 
-    class Counted(dict):
+    class Counted(Joints):
         def get(self, handle, default):
             asked.append(handle)
             return 1.0

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from array import array
+from collections.abc import Iterable
 from concurrent.futures import Future
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
@@ -28,6 +30,14 @@ if TYPE_CHECKING:
 
 class Joints(dict[int, float]):
     """Positions by handle; none is at an address."""
+
+    places_version = 0
+
+    def known_places(self, _handles: Iterable[int]) -> dict[int, Any]:
+        return {}
+
+    def present_positions(self) -> memoryview[float]:
+        return memoryview(array("d"))
 
     def aim(self, _handle: int, _value: float) -> bool:
         return False
