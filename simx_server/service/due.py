@@ -62,11 +62,17 @@ class Due:
     @property
     def is_waiting_for_trigger(self) -> bool:
         """Return whether a running simulation waits until stepped clients trigger (parameter 45)."""
-        if self._simulation.state is _RUNNING:
-            for session in self._sessions.values():  # `any` takes three times as long
+        return self._simulation.state is _RUNNING and bool(self._is_waiting_for_trigger())
+
+    def _is_waiting_for_trigger(self) -> bool | None:
+        """Return whether stepped clients have to trigger; None: there are none."""
+        is_waiting = None
+        for session in self._sessions.values():  # `any` takes three times as long
+            if session.is_stepping:
                 if session.is_waiting:
                     return True
-        return False
+                is_waiting = False
+        return is_waiting
 
     @property
     def is_advancing(self) -> bool:
@@ -83,7 +89,8 @@ class Due:
     def seconds_until_round(self) -> float:
         """Return the seconds until a round is due, if nothing arrives before; infinity for none."""
         if self._simulation.state is _RUNNING:
-            if self.is_running_freely:
+            is_waiting = self._is_waiting_for_trigger()
+            if is_waiting is None:
                 if self._returning.is_awaiting and (awaited := self._returning.seconds_left()) > 0:
                     return awaited
                 if not self.is_paced:
@@ -93,7 +100,7 @@ class Due:
                     return left
                 return HELD if self._simulation.parts.holds_step() else 0.0
             self.is_paced = False
-            if not self.is_waiting_for_trigger:
+            if not is_waiting:
                 return HELD if self._simulation.parts.holds_step() else 0.0
         else:
             self.is_paced = False

@@ -125,9 +125,11 @@ def build_service(
     returning, unfinished = Returning(), Unfinished(limits)
     ending = Ending(simulation, queue, sessions, executor)
     due = Due(world, sessions, pacer, returning, watchers)
-    batches = Batches(simulation, sessions, queue, serving, due, watchers, executor, publisher, outbox)
-    busy = BusyDesk(queue, sessions, messages, executor, watchers)
     addresses = Addresses(world)
+    batches = Batches(
+        simulation, sessions, queue, serving, due, watchers, executor, publisher, outbox, addresses
+    )
+    busy = BusyDesk(queue, sessions, messages, executor, watchers)
     at_once = CallsAtOnce(addresses, simulation, sessions, watchers, executor, outbox)
     handling = Handling(simulation, queue, at_once, batches, outbox, busy, serving)
     meanwhile = Meanwhile(simulation, queue, clients, executor, outbox, serving, handling, ending)

@@ -128,7 +128,9 @@ class Addresses:
         if value.__class__ is not float:
             return None
         self._number[0] = value
-        return self._aim(handle, value) if self._number[0] == value else None
+        if self._number[0] != value or handle.__class__ is not int:
+            return None
+        return 1 if self._simulation.joints.aim(handle, value) else None
 
     def _object_position(self, arguments: Sequence[Any]) -> tuple[int, list[float]] | None:
         index = self._place_of_body(*arguments)

@@ -11,7 +11,7 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any
 
 from simx_client.protocol.codec import CodecError
-from simx_client.protocol.commands import TRIGGER, Command
+from simx_client.protocol.commands import ANSWERED, TRIGGER, Command
 from simx_client.protocol.messages import STATUS_OK, STATUS_REMOTE_ERROR, Batch, Call, Operation, Reply
 from simx_server.errors import CommandError
 from simx_server.limits import LimitReached
@@ -21,6 +21,7 @@ from simx_server.service.answers.publishing import Publisher
 from simx_server.service.answers.replies import Replies
 from simx_server.service.clients.sessions import ClientSession
 from simx_server.service.monitoring.metrics import UNKNOWN, Tally
+from simx_server.simulation.simulation import SimulationState
 
 from .background import Unfinished, refuse_steps
 from .dispatch import Handling, no_such_command
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from simx_server.service.watcher import Watchers
     from simx_server.simulation.simulation import Simulation
 
+    from .addresses import Addresses, Exact
     from .serving import Serving
 
 logger = logging.getLogger(__name__)
@@ -45,6 +47,9 @@ _EXECUTE, _STREAM, _CANCEL = int(Operation.EXECUTE), int(Operation.STREAM), int(
 MOST_REFUSALS = 1_000_000
 """Most calls to answer of a message that exceeds a limit."""
 
+MOST_SET = 200
+"""Most values to set at their addresses before the time is looked at."""
+
 SLICE = 0.002
 """Seconds to spend on a batch before other waiting clients are served."""
 
@@ -52,7 +57,7 @@ SLICE = 0.002
 class _Run:
     """The calls of one batch that are executed one after the other."""
 
-    __slots__ = ("command", "handling", "name", "replies", "session", "tally")
+    __slots__ = ("command", "exact", "handling", "name", "replies", "session", "tally")
 
     def __init__(self, session: ClientSession, replies: Replies, tally: Tally) -> None:
         self.session, self.replies, self.tally = session, replies, tally
@@ -61,6 +66,10 @@ class _Run:
 
         self.command: Command | None = None
         self.handling: Handling | None = None
+        """Executes it; None until it is needed."""
+
+        self.exact: Exact | None = None
+        """How calls of this name set a value at its address, without the handler; None: they need it."""
 
 
 class Batches:
@@ -77,8 +86,10 @@ class Batches:
         executor: Executor,
         publisher: Publisher,
         outbox: Outbox,
+        addresses: Addresses,
     ) -> None:
         self._simulation, self._sessions, self._serving = simulation, sessions, serving
+        self._exact = addresses.of_table
         self._watchers, self._executor = watchers, executor
         self._publisher, self._outbox = publisher, outbox
         self._messages = outbox.messages
@@ -167,7 +178,7 @@ class Batches:
             has_waited: the first of the calls was paced, and the simulation step that it waited for was made.
         """
         executor = self._executor
-        run = _Run(session, Replies(made), executor.tally(session.called))
+        run = _Run(session, Replies(made), Tally(executor.metrics, session.called))
         outer = executor.begin(session.client, executor.command)
         try:
             if self._execute_until_wait(run, calls, has_waited) and run.replies.made:
@@ -181,7 +192,10 @@ class Batches:
         """Execute calls; return False if one of them makes the rest wait."""
         now, execute, session, waiting = time.perf_counter, self._execute_one, run.session, self.waiting
         until = now() + SLICE
-        for position, call in enumerate(calls, 1):
+        position, count = 0, len(calls)
+        while position < count:
+            call = calls[position]
+            position += 1
             if now() >= until and position > 1:
                 if self._serving.must_give_way():
                     if run.replies.made:  # one message for all at the end would take long as well
@@ -196,7 +210,23 @@ class Batches:
             has_waited = False
             if execute(run, call, calls, position):
                 return False
+            if run.exact is not None:
+                position = self._set_more(run, run.exact, calls, position)
         return True
+
+    def _set_more(self, run: _Run, exact: Exact, calls: list[Call], position: int) -> int:
+        """Execute the calls from a position on that set values as the one before; return where these calls end."""
+        name, aim, takes, done = run.name, exact.run, exact.takes, run.replies.done
+        time_ms, begin = self._messages.time_ms(), position
+        for call_id, operation, delay_ms, called, arguments in calls[begin : begin + MOST_SET]:
+            if called != name or operation != _EXECUTE or delay_ms <= 0 or len(arguments) != takes:
+                break
+            if aim(*arguments) is None:
+                break
+            done(call_id, time_ms)
+            position += 1
+        run.tally.count += position - begin
+        return position
 
     def _execute_one(self, run: _Run, call: Call, calls: list[Call], position: int) -> bool:
         """Execute the call in front of a position of a batch; return whether it makes the rest wait."""
@@ -206,9 +236,17 @@ class Batches:
             self._do_without_command(session, call, replies)
             return False
         if name != run.name:
-            run.name, (run.command, run.handling) = name, executor.dispatch.find(session, name)
-            executor.command = run.command.name if run.command else ""
-        command, handling = run.command, run.handling
+            self._turn_to(run, name)
+        command, handling, exact = run.command, run.handling, run.exact
+        if exact is not None and delay_ms > 0 and operation == _EXECUTE and len(arguments) == exact.takes:
+            if exact.run(*arguments) is not None:
+                run.tally.count += 1
+                replies.done(call_id, self._messages.time_ms())
+                return False
+        elif name == TRIGGER and self._may_trigger(run, operation, arguments):
+            return self._trigger(run, call, calls[position:])
+        if handling is None:
+            command, handling = run.command, run.handling = executor.dispatch.find(session, name)
         if command is None or handling is None:
             session.called[UNKNOWN] += 1
             answer = executor.failure(session, name, no_such_command(name))
@@ -232,6 +270,41 @@ class Batches:
         status, values = answer
         replies.add(call_id, status, time_ms, values)
         return False
+
+    def _turn_to(self, run: _Run, name: str) -> None:
+        """Find what the calls of a name execute, and how to do without a handler where nothing watches it."""
+        run.name, run.command, run.handling = name, ANSWERED.get(name), None
+        self._executor.command = run.command.name if run.command else ""
+        exact = self._exact.get(name)
+        if exact is None or exact.only_reads or run.command is None or not self._is_plain(run.session):
+            run.exact = None
+        else:
+            run.exact = exact
+            run.tally.turn_to(run.command)
+
+    def _is_plain(self, session: ClientSession) -> bool:
+        """Return whether this client may make any call, and no history notes it."""
+        return session.guard is None and self._executor.log_of_calls is None and not session.may_only_read
+
+    def _may_trigger(self, run: _Run, operation: int, arguments: list[Any]) -> bool:
+        """Return whether a call of the trigger has nothing but its step to wait for."""
+        session = run.session
+        is_running = self._simulation.state is SimulationState.RUNNING
+        return (
+            operation == _EXECUTE
+            and not arguments
+            and is_running
+            and session.is_stepping
+            and self._is_plain(session)
+        )
+
+    def _trigger(self, run: _Run, call: Call, rest: list[Call]) -> bool:
+        """Allow a step, as the trigger's handler, which makes a future that any thread can wait for."""
+        assert run.command is not None
+        run.tally.turn_to(run.command)
+        run.tally.count += 1
+        self.waiting.await_trigger(run.session, call, run.replies.made, rest)
+        return True
 
     def _note(
         self,

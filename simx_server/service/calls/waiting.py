@@ -18,8 +18,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from simx_client.protocol.commands import TRIGGER
-from simx_client.protocol.messages import Call, Operation, Reply
-from simx_server.service.answers.answers import Answer
+from simx_client.protocol.messages import Call, Operation, Reply, of_fields
+from simx_server.service.answers.answers import DONE, Answer
 from simx_server.service.answers.replies import Messages
 from simx_server.service.watcher import Watcher
 
@@ -43,6 +43,31 @@ MOST_ROUNDS = 2
 
 LONGEST_TOGETHER = 0.25
 """Seconds for which a batch in slices holds up simulation steps. A longer one is spread over several steps."""
+
+
+class _Awaited:
+    """A trigger whose reply is sent after its step, or when it is known that no step comes."""
+
+    __slots__ = ("_batch", "_call_id", "_session", "_time_ms", "_waiting")
+
+    def __init__(
+        self, waiting: Waiting, session: ClientSession, batch: Interrupted, call_id: int, time_ms: int
+    ) -> None:
+        self._waiting, self._session, self._batch = waiting, session, batch
+        self._call_id, self._time_ms = call_id, time_ms
+
+    def set_result(self, result: None, /) -> None:
+        """Reply that the step was made."""
+        self._reply(DONE)
+
+    def set_exception(self, exception: BaseException, /) -> None:
+        """Reply why the step cannot be made."""
+        self._reply(self._waiting.failure(self._session, exception))
+
+    def _reply(self, answer: Answer) -> None:
+        status, values = answer
+        reply = of_fields(Reply, (self._call_id, status, self._time_ms, values))
+        self._waiting.go_on_with(self._session, self._batch, reply)
 
 
 class Waiting(Watcher):
@@ -229,14 +254,27 @@ class Waiting(Watcher):
     ) -> None:
         """Continue behind a trigger, or deliver its reply, or an image; runs on the thread that finished it."""
         status, values = done.result()
-        reply = Reply(call_id, status, time_ms, values)
+        if self.go_on_with(session, batch, Reply(call_id, status, time_ms, values)):
+            sent.set_result(None)
+
+    def await_trigger(self, session: ClientSession, call: Call, made: list[Reply], rest: list[Call]) -> None:
+        """Allow one simulation step, and reply to its trigger afterwards."""
+        batch = self._batch_behind(session, TRIGGER, made, rest)
+        session.add_trigger(_Awaited(self, session, batch, call.call_id, self._messages.time_ms()))
+
+    def failure(self, session: ClientSession, error: BaseException) -> Answer:
+        """Return the answer to a trigger whose step cannot be made."""
+        return self._executor.failure(session, TRIGGER, error)
+
+    def go_on_with(self, session: ClientSession, batch: Interrupted, reply: Reply) -> bool:
+        """Continue behind a call with its reply; return whether nothing is left, and it was delivered. Any thread."""
         if batch.rest:
             self._queue.put_first(session.client, partial(self._go_on, session, batch, reply))
-            return
+            return False
         replies = [*batch.replies, reply]
         batch.replies.clear()
         session.link.deliver(self._messages.delivery(session, replies))
-        sent.set_result(None)
+        return True
 
     # --- for a step of a call --------------------------------------------------------------------
 

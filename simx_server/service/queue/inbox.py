@@ -339,6 +339,9 @@ class Inbox:
         """Yield the items that are present now, for at most this many seconds. Items that come meanwhile stay."""
         if self.sockets is not None:
             self.sockets.poll()
+        self._fairness.served(0.0)  # what waits behind the last item takes its place in the line
+        if not self.has_work():
+            return
         until = time.perf_counter() + seconds
         for _ in range(len(self)):
             if (taken := self._next()) is None:

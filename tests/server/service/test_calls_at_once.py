@@ -256,6 +256,38 @@ def test_a_history_notes_the_read(desk, at_once) -> None:
     assert [call.function for call in log.take().calls] == ["simxGetIntegerSignal"]
 
 
+def test_sets_of_one_message_do_what_they_do_while_a_history_notes_them(desk) -> None:
+    name = "simxSetJointTargetPosition"
+    joints = [
+        handle
+        for handle, item in desk.world.simulation.scene.objects.items()
+        if item.element == "joint" and item.kind == ObjectKind.JOINT
+    ]
+    arguments: list[list[Any]] = [
+        *([handle, target] for target in (0.5, *TARGETS) for handle in joints),
+        [joints[0]],
+        [-7, 0.5],
+        [joints[0], 0.75],
+    ]
+    calls = [Call(7 + number, 0, NOT_AWAITED_MS, name, each) for number, each in enumerate(arguments)]
+    calls.insert(3, Call(900, 0, 0, "simxGetJointPosition", [joints[0]]))
+    calls.insert(9, Call(901, 0, 0, name, [joints[0], 0.625]))
+    found = []
+    desk.world.simulation.start()
+    try:
+        desk.world.parts.step()  # from now on targets have places, once they were set
+        for handle in joints:
+            desk.call(name, handle, 0.25)
+        for log in (LogOfCalls(), None):
+            assert sum(desk.world.simulation.joints.aim(handle, 0.125) for handle in joints) >= 1
+            desk.service.executor.note_in(log)
+            found.append(desk.send(calls))
+    finally:
+        desk.world.simulation.stop()
+        desk.world.simulation.settle()
+    assert repr(found[0]) == repr(found[1])
+
+
 def test_rules_about_single_calls_hold(desk, at_once) -> None:
     def refuse(command: Any, arguments: Any) -> None:
         raise CommandError(f"{command.name} is not allowed")
