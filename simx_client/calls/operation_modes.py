@@ -26,6 +26,8 @@ from simx_client.protocol.messages import NOT_AWAITED_MS, Call, Operation, Pace,
 from .marshalling import Key, Marshal
 
 MODE_MASK = ~0xFFFF
+_BUFFER, _NO_VALUE = c.simx_opmode_buffer, c.simx_return_novalue_flag
+_LAST_ID = 0x7FFF_FFFF
 _STREAMING = (c.simx_opmode_streaming, c.simx_opmode_streaming_split)
 
 
@@ -75,11 +77,6 @@ class Modes:
         self.outbox.clear()
         return calls
 
-    @property
-    def unsent(self) -> int:
-        """Return how many calls are in the outbox."""
-        return len(self.outbox)
-
     def _queue(
         self, marshal: Marshal, key: Key, operation: Operation, arguments: list[Any], delay_ms: int = 0
     ) -> int:
@@ -99,14 +96,15 @@ class Modes:
         self, marshal: Marshal, key: Key, operation: Operation, arguments: list[Any], delay_ms: int
     ) -> Call:
         """Make a call with a new id, whose reply is expected."""
-        call_id = self.new_call_id()
+        call_id = self._next_call_id  # as `new_call_id`, which takes as long as the rest
+        self._next_call_id = call_id + 1 if call_id < _LAST_ID else 1
         self._asked[call_id] = (key, marshal)
-        return of_fields(Call, (call_id, operation, delay_ms, marshal.command.name, arguments))
+        return of_fields(Call, (call_id, operation, delay_ms, key[0], arguments))
 
     def new_call_id(self) -> int:
         """Return an id that no other call of this client has."""
         call_id = self._next_call_id
-        self._next_call_id = call_id + 1 if call_id < 0x7FFF_FFFF else 1
+        self._next_call_id = call_id + 1 if call_id < _LAST_ID else 1
         return call_id
 
     def _end_stream(self, key: Key) -> None:
@@ -138,7 +136,8 @@ class Modes:
         """
         self._awaited_key = key = marshal.key(arguments)
         self.has_kept.add(key[0])  # its reply may be late
-        self._end_stream(key)
+        if key in self._streams:
+            self._end_stream(key)
         self._answer = None
         if is_held or self.outbox:
             self._awaited = self._queue(marshal, key, marshal.operation, arguments, pace)
@@ -176,19 +175,26 @@ class Modes:
         base, low = mode & MODE_MASK, mode & ~MODE_MASK
         key = marshal.key(arguments)
         self.has_kept.add(key[0])
+        if mode == _BUFFER and marshal.only_newest:  # what most calls of a loop do
+            reply = self.inbox.get(key)
+            if reply is None:
+                return marshal.failure(_NO_VALUE)
+            _, status, self.last_command_time_ms, values = reply
+            return marshal.failure(status) if status else marshal.success(values)
         if mode == c.simx_opmode_remove:
             return marshal.failure(
                 c.simx_return_novalue_flag if self.inbox.pop(key, None) is None else c.simx_return_ok
             )
         result = self._fetch(marshal, key, mode)
-        if base == c.simx_opmode_buffer:
+        if base == _BUFFER:
             return result
         if base == c.simx_opmode_discontinue:
             self._discontinue(marshal, key)
         elif base in _STREAMING:
             self._arm(marshal, key, arguments, low if base == c.simx_opmode_streaming else 0)
         else:
-            self._end_stream(key)
+            if key in self._streams:
+                self._end_stream(key)
             if not (marshal.command.gives_image and self._is_on_the_way(key)):
                 self._queue(marshal, key, Operation.EXECUTE, arguments, NOT_AWAITED_MS)
         return result
@@ -289,7 +295,8 @@ class Modes:
 
     def _absorb_done(self, reply: Reply) -> None:
         """Store one answer to several calls with consecutive ids, up to the first that it cannot answer."""
-        count, done = reply.values[0], reply._replace(values=[])
+        call_id, status, time_ms, (count, *_) = reply
+        done = of_fields(Reply, (call_id, status, time_ms, []))
         for call_id in range(reply.call_id, reply.call_id + count if type(count) is int else 0):
             asked = self._asked.get(call_id)
             if asked is None or not asked[1].gives_nothing or call_id == self._awaited:
@@ -325,7 +332,10 @@ class Modes:
     def _fetch(self, marshal: Marshal, key: Key, mode: int) -> Any:
         reply = self.inbox.get(key)
         if reply is None:
-            return marshal.failure(c.simx_return_novalue_flag)
+            return marshal.failure(_NO_VALUE)
+        if marshal.gives_nothing and marshal.only_newest:
+            self.last_command_time_ms = reply.time_ms
+            return reply.status
         if not (marshal.only_newest or reply.status):
             if marshal.command.takes_what_it_reads:
                 # A stream continues: no news means empty data, not novalue.

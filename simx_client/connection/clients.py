@@ -30,7 +30,7 @@ class Clients:
     """Number of ids in the shipped builds of the original library."""
 
     def __init__(self) -> None:
-        self._connections: dict[int, Connection] = {}
+        self.by_id: dict[int, Connection] = {}
         self._lock = threading.RLock()  # reentrant: garbage collection may close a client at any time
         self._process: int | None = None
         """Id of the process that connects: Zenoh's threads run there and do not exist in a forked child."""
@@ -42,9 +42,9 @@ class Clients:
     def get(self, client_id: Any) -> Connection | None:
         """Return the connection with this id; ids may be numpy integers or bools."""
         try:
-            return self._connections.get(client_id)
+            return self.by_id.get(client_id)
         except TypeError:  # an array cannot be a dictionary key
-            return self._connections.get(to_int32(client_id))
+            return self.by_id.get(to_int32(client_id))
 
     def add(self, connection: Connection) -> int:
         """Give a connection the lowest free id; -1 if no id is free or a connection to the same server
@@ -73,13 +73,13 @@ class Clients:
             if not connection.works_after_fork:
                 self._process = os.getpid()
             for client_id in range(self.MAX_CLIENTS):
-                if client_id not in self._connections:
-                    self._connections[client_id] = connection
+                if client_id not in self.by_id:
+                    self.by_id[client_id] = connection
                     return client_id
         raise ConnectionFailed(f"all {self.MAX_CLIENTS} client ids are in use; call simxFinish(-1) first")
 
     def _refuse_second(self, connection: Connection) -> None:
-        for client_id, other in self._connections.items():
+        for client_id, other in self.by_id.items():
             if other.where == connection.where:
                 raise ConnectionFailed(
                     f"client {client_id} is connected to {connection.where} already; "
@@ -89,18 +89,18 @@ class Clients:
     def id_of(self, connection: Connection) -> int:
         """Return the id of a connection, -1 when it has none."""
         with self._lock:
-            return next((each for each, other in self._connections.items() if other is connection), -1)
+            return next((each for each, other in self.by_id.items() if other is connection), -1)
 
     def all(self) -> list[Connection]:
         """Return the connections that have an id, in the order of their ids."""
         with self._lock:
-            return [each for _, each in sorted(self._connections.items())]
+            return [each for _, each in sorted(self.by_id.items())]
 
     def remove(self, client_id: int) -> None:
         """Close one connection, or all with -1. Ignore unknown ids."""
         with self._lock:
-            ids = list(self._connections) if client_id == -1 else [client_id]
-            connections = [self._connections.pop(i) for i in ids if i in self._connections]
+            ids = list(self.by_id) if client_id == -1 else [client_id]
+            connections = [self.by_id.pop(i) for i in ids if i in self.by_id]
         # Servers that do not answer share one time-out, whatever their number.
         deadline = time.monotonic() + FLUSH_TIMEOUT
         for connection in connections:
@@ -128,9 +128,9 @@ class Clients:
         """Close a connection and free its id, unless simxFinish did so and the id belongs to another
         connection."""
         with self._lock:
-            for client_id, other in list(self._connections.items()):
+            for client_id, other in list(self.by_id.items()):
                 if other is connection:
-                    del self._connections[client_id]
+                    del self.by_id[client_id]
         connection.close()
 
     def forget_parent(self) -> None:
@@ -139,8 +139,8 @@ class Clients:
         They are kept alive: closing one would wait for threads that do not exist in the child.
         """
         self._lock = threading.RLock()
-        self._of_parent += [self._connections, self._server]
-        self._connections, self._server = {}, None
+        self._of_parent += [self.by_id, self._server]
+        self.by_id, self._server = {}, None
 
 
 CLIENTS = Clients()
@@ -152,7 +152,10 @@ if hasattr(os, "register_at_fork"):  # Windows cannot fork
 
 def invoke(marshal: Marshal, client_id: Any, arguments: tuple[Any, ...], mode: int) -> Any:
     """Execute a generated function."""
-    connection = CLIENTS.get(client_id)
+    try:
+        connection = CLIENTS.by_id.get(client_id)
+    except TypeError:
+        connection = CLIENTS.get(client_id)
     if connection is None:
         return marshal.failure(c.simx_return_initialize_error_flag)
     return connection.invoke(marshal, arguments, mode)

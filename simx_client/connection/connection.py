@@ -51,6 +51,8 @@ _ECHO = Marshal(replace(BY_NAME["simxGetPingTime"], gives={}), Operation.CANCEL)
 
 _NO_STREAM = 0
 
+_BUFFER, _ONESHOT = c.simx_opmode_buffer, c.simx_opmode_oneshot
+
 _STEPPED_MODE = BY_NAME["simxSynchronous"]
 
 
@@ -240,15 +242,25 @@ class Connection:
                 return marshal.failure(c.simx_return_illegal_opmode_flag)
             return self.blocking(marshal, values, pace=self._pace)
         with self._lock:
+            if mode == _BUFFER and self._is_still():
+                return self._modes.call(marshal, values, mode)
             if not self._check_link() or self._pauses:
                 return self._modes.call(marshal, values, mode)
-            if self._batching.is_on and mode == c.simx_opmode_oneshot and marshal.is_set:
+            if self._batching.is_on and mode == _ONESHOT and marshal.is_set:
                 return self._batching.call(marshal, values, mode)
             self._drain()
             result = self._modes.call(marshal, values, mode)
-            if mode != c.simx_opmode_buffer:  # buffer mode adds no call, and batched calls may wait
+            if mode != _BUFFER:  # buffer mode adds no call, and batched calls may wait
                 self._flush()
             return result
+
+    def _is_still(self) -> bool:
+        """Return whether the link is there, and nothing has come by it, if this is known at once."""
+        transport = self._transport
+        return (
+            not (transport is None or self._connection_id == -1 or self._pauses or self._closed)
+            and transport.is_still()
+        )
 
     def _drain_and_flush(self) -> None:
         self._drain()

@@ -42,10 +42,11 @@ class TriggerBatching:
         """Make a set that waits for the trigger. Later sets do not extend the wait; a full outbox is sent at
         once."""
         assert self._alarm is not None
-        if not self._modes.unsent:
+        outbox = self._modes.outbox
+        if not outbox:
             self._alarm.set(time.monotonic() + BATCHING_TIME)
         result = self._modes.call(marshal, values, mode)
-        if self._modes.unsent >= MAX_BATCHED:
+        if len(outbox) >= MAX_BATCHED:
             self._send()
         return result
 

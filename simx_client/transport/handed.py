@@ -109,6 +109,9 @@ class HandedLane:
         """Return the next delivery; see `Transport.receive`. `greet` replaces this."""
         return None
 
+    def is_still(self) -> bool:
+        return self._lane is not None and self._lane.is_still()
+
     def newest(self) -> bytes | None:
         return None if self._lane is None else self._lane.newest()
 

@@ -26,7 +26,7 @@ from simx_client.protocol.lane.frames import (
     receive_with_files,
     token_frame,
 )
-from simx_client.protocol.lane.memory import MemoryReader
+from simx_client.protocol.lane.memory import ENDED, HEAD, SENT, MemoryReader
 from simx_client.protocol.lane.offer import (
     folders,
     is_possible,
@@ -122,11 +122,13 @@ class Lane:
         self._busy_wait = BusyWait()
         self._writer = Writer(self._send_late)
         self._is_broken = False
+        self._still = b""
+        """Head of the memory of the values while everything was taken; see `is_still`."""
 
     @property
     def is_broken(self) -> bool:
         """Return whether the server has closed the connection, or `break_off` was called."""
-        return self._is_broken or self._values.has_ended
+        return self._is_broken or self._values.memory[SENT] == ENDED
 
     def send(self, payload: bytes, deadline: float = math.inf) -> None:
         """Send a batch; see `Transport.send`."""
@@ -232,9 +234,21 @@ class Lane:
                     self._deliveries.append(read_file(payload, file))
                 else:
                     self._memories[place_of(payload)] = MemoryReader(file)
+                    self._still = b""
             finally:
                 os.close(file)
             self._values = self._memories[VALUES]
+
+    def is_still(self) -> bool:
+        """Return whether nothing is to be taken; see `Transport.is_still`."""
+        if self._deliveries or self._is_broken or len(self._memories) > 1:
+            return False
+        if (head := self._values.memory[HEAD]) == self._still:
+            return True
+        if not self._values.is_taken(head, self._frames.count):
+            return False
+        self._still = head
+        return True
 
     def newest(self) -> bytes | None:
         """Return the newest values of the small streams; see `Transport.newest`."""

@@ -35,6 +35,9 @@ class Lanes:
         """The lane, if it is used since the last greeting."""
 
         self._was_lost = False
+        self._aside: bytes | None = None
+        """Values that came over Zenoh and were found by `is_still`."""
+
         self.zenoh = zenoh = ZenohTransport(
             server,
             connect_timeout=connect_timeout,
@@ -58,13 +61,24 @@ class Lanes:
         if self.lane is not None:
             self.lane.close()
         self.lane = open_lane(welcome.local) if self._may_use_lane else None
+        self._aside = None
         carrier = self.lane or self.zenoh
         self.send, self.receive = carrier.send, carrier.receive
         return welcome
 
+    def is_still(self) -> bool:
+        lane = self.lane
+        if lane is None or self._was_lost or self.zenoh.new_images or not lane.is_still():
+            return False
+        if self._aside is None:
+            self._aside = self.zenoh.newest()
+        return self._aside is None
+
     def newest(self) -> bytes | None:
         values = None if self.lane is None else self.lane.newest()
-        return self.zenoh.newest() if values is None else values  # where the server finds no memory
+        if values is None:  # where the server finds no memory
+            values, self._aside = self._aside, None
+        return self.zenoh.newest() if values is None else values
 
     def images(self) -> list[bytes]:
         images = self.zenoh.images()

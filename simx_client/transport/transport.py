@@ -51,6 +51,13 @@ class Transport(Protocol):
         """
         ...
 
+    def is_still(self) -> bool:
+        """Return whether the server is there and everything that it has sent was taken, if this is known at once.
+
+        Then `receive`, `newest` and `images` have nothing.
+        """
+        ...
+
     def newest(self) -> bytes | None:
         """Return the newest values of the small streams; None if they were taken already."""
         ...

@@ -109,7 +109,7 @@ class ZenohTransport:
         """Proves to the server that a message in this client's name is from this client; other clients may
         learn the name."""
 
-        self._images: dict[str, Any] = {}
+        self.new_images: dict[str, Any] = {}
         """Newest image of each stream, by key."""
 
         self._tell_lost: Callable[[], object] = lost
@@ -309,7 +309,7 @@ class ZenohTransport:
             self._bell.put(b"")
 
     def _on_image(self, sample: Any) -> None:
-        self._images[str(sample.key_expr)] = sample
+        self.new_images[str(sample.key_expr)] = sample
 
     def _on_server(self, sample: Any) -> None:
         if sample.kind == self._zenoh.SampleKind.DELETE:
@@ -346,14 +346,17 @@ class ZenohTransport:
             return None
         return None if sample is None else sample.payload.to_bytes() or None
 
+    def is_still(self) -> bool:
+        return False  # to know it takes as long as to look
+
     def newest(self) -> bytes | None:
         sample = self._streams.try_recv()
         return None if sample is None else sample.payload.to_bytes()
 
     def images(self) -> list[bytes]:
         payloads: list[bytes] = []
-        while self._images:  # popitem is atomic: images that arrive meanwhile are taken too, or stay
-            payloads.append(self._images.popitem()[1].payload.to_bytes())
+        while self.new_images:  # popitem is atomic: images that arrive meanwhile are taken too, or stay
+            payloads.append(self.new_images.popitem()[1].payload.to_bytes())
         return payloads
 
     def close(self) -> None:

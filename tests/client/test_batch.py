@@ -384,7 +384,7 @@ def test_a_step_without_stepped_mode_says_what_to_do(worlds: list[World]) -> Non
 def two(scene: Path) -> Iterator[list[ServerProcess]]:
     with server(scene) as one, server(scene) as other:
         yield [one, other]
-    assert not CLIENTS._connections
+    assert not CLIENTS.by_id
 
 
 def test_two_real_servers_in_step_see_what_a_single_one_sees(two: list[ServerProcess]) -> None:

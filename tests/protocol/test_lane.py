@@ -25,7 +25,7 @@ from simx_client.protocol.lane.frames import (
     place_of,
     read_file,
 )
-from simx_client.protocol.lane.memory import MemoryReader, MemoryWriter
+from simx_client.protocol.lane.memory import ENDED, HEAD, SENT, MemoryReader, MemoryWriter
 
 pytestmark = pytest.mark.skipif(not offer.is_possible(), reason="the lane needs Linux")
 
@@ -192,6 +192,24 @@ def test_the_newest_message_is_returned_once(pair: tuple[MemoryWriter, MemoryRea
     assert (reader.newest(), reader.newest()) == (b"", None)
 
 
+def test_a_head_says_whether_everything_was_taken(pair: tuple[MemoryWriter, MemoryReader]) -> None:
+    writer, reader = pair
+    assert reader.is_taken(reader.memory[HEAD], 0)
+    writer.write(b"one")
+    assert not reader.is_taken(reader.memory[HEAD], 0)
+    reader.newest()
+    taken = reader.memory[HEAD]
+    assert reader.is_taken(taken, 0)
+    assert not reader.is_taken(taken, 1)
+    writer.count(1)
+    assert not reader.is_taken(reader.memory[HEAD], 0)
+    assert reader.is_taken(reader.memory[HEAD], 1)
+    assert reader.memory[SENT] != ENDED
+    writer.end()
+    assert reader.memory[SENT] == ENDED
+    assert not reader.is_taken(reader.memory[HEAD], 1)
+
+
 _WRITES = """
 from simx_client.protocol.lane.memory import MemoryWriter
 writer = MemoryWriter(100_000)
@@ -236,7 +254,7 @@ def test_a_reader_can_neither_shorten_nor_write_the_memory() -> None:
                 os.ftruncate(writer.file, size)
         reader = MemoryReader(writer.file)
         with pytest.raises(TypeError):
-            reader._memory[0] = 1
+            reader.memory[0] = 1
     finally:
         os.close(writer.file)
         writer.close()

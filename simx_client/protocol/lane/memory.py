@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import mmap
 import os
+import platform
 import struct
 import threading
 import zlib
@@ -23,7 +24,18 @@ _ENDED = (1 << 64) - 1
 """That number after the end of the connection."""
 
 _BEGIN = _SENT_AT + _SENT.size
+
+HEAD = slice(0, _BEGIN)
+"""Place of what changes with each message and each frame, and at the end of the connection."""
+
+SENT, ENDED = slice(_SENT_AT, _BEGIN), _SENT.pack(_ENDED)
+"""Place of the number of frames, and what is there after the end of the connection."""
+
 _PAGE = mmap.PAGESIZE
+
+_REORDERS = platform.machine().lower() not in ("x86_64", "amd64", "i386", "i686")
+"""Whether processors of this kind may reorder accesses to memory; those of Intel and AMD keep the order of writes, and
+that of reads."""
 
 _MOST_TRIES = 1000
 """Attempts to read a message that is being replaced, which takes microseconds."""
@@ -65,9 +77,11 @@ class MemoryWriter:
         memory, length = self._memory, len(payload)
         checksum = zlib.crc32(payload)  # before the number is odd: readers have to wait while it is
         _HEAD.pack_into(memory, 0, self._number + 1, length, 0)
-        _in_order(self._order)
+        if _REORDERS:
+            _in_order(self._order)
         memory[_BEGIN : _BEGIN + length] = payload
-        _in_order(self._order)
+        if _REORDERS:
+            _in_order(self._order)
         self._number += 2
         _HEAD.pack_into(memory, 0, self._number, length, checksum)
 
@@ -90,39 +104,49 @@ class MemoryReader:
 
     def __init__(self, file: int) -> None:
         """Map the memory behind a file descriptor, which can be closed then. Raises OSError, ValueError."""
-        self._memory = mmap.mmap(file, 0, access=mmap.ACCESS_READ)
-        if len(self._memory) <= _BEGIN:
+        self.memory = mmap.mmap(file, 0, access=mmap.ACCESS_READ)
+        """All of it; see `HEAD`."""
+
+        if len(self.memory) <= _BEGIN:
             raise ValueError("the shared memory is too small")
         self._order = threading.Lock()
         self._seen = 0
 
     def newest(self) -> bytes | None:
         """Return the newest message; None if there is none, or it was returned before."""
-        memory = self._memory
+        memory = self.memory
         for _ in range(_MOST_TRIES):
             number, length, checksum = _HEAD.unpack_from(memory, 0)
             if number == self._seen:
                 return None
             if number & 1:
                 continue
-            _in_order(self._order)
+            if _REORDERS:
+                _in_order(self._order)
             payload = memory[_BEGIN : _BEGIN + length]
-            _in_order(self._order)
+            if _REORDERS:
+                _in_order(self._order)
             if _HEAD.unpack_from(memory, 0)[0] == number and zlib.crc32(payload) == checksum:
                 self._seen = number
                 return payload
         return None  # the writer was stopped in the middle: the next call tries again
 
+    def is_taken(self, head: bytes, frames: int) -> bool:
+        """Return whether a head says that the newest message was returned, and that this many frames have been sent."""
+        number: int = _HEAD.unpack_from(head)[0]
+        sent: int = _SENT.unpack_from(head, _SENT_AT)[0]
+        return number == self._seen and sent == frames
+
     @property
     def sent(self) -> int:
         """Return how many frames have been sent."""
-        count: int = _SENT.unpack_from(self._memory, _SENT_AT)[0]
+        count: int = _SENT.unpack_from(self.memory, _SENT_AT)[0]
         return count
 
     @property
     def has_ended(self) -> bool:
         """Return whether the writing process has closed the connection."""
-        return bool(_SENT.unpack_from(self._memory, _SENT_AT)[0] == _ENDED)
+        return bool(_SENT.unpack_from(self.memory, _SENT_AT)[0] == _ENDED)
 
 
 def _in_order(lock: threading.Lock) -> None:

@@ -55,7 +55,7 @@ def open_world(folder: Path) -> RealWorld:
 
 def messages_of(client: Client) -> list[int]:
     """The number of calls in each message that a client sends from now on."""
-    transport: Any = CLIENTS._connections[client.id]._transport
+    transport: Any = CLIENTS.by_id[client.id]._transport
     sizes: list[int] = []
     send = transport.send
 

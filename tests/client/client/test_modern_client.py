@@ -95,7 +95,7 @@ def test_no_answer_in_time_and_no_server_have_exceptions_of_their_own(
             _ = shoulder.position
     client.timeout = 2.0
     assert shoulder.position == 0.0
-    CLIENTS._connections[client.id]._transport.lose()  # type: ignore[union-attr]
+    CLIENTS.by_id[client.id]._transport.lose()  # type: ignore[union-attr]
     with pytest.raises(ConnectionError, match=r"^the server went away at"):
         _ = shoulder.position
 

@@ -26,7 +26,7 @@ def things(client: Client) -> list[object]:
 
 
 def test_an_object_says_class_name_handle_and_server(client: Client) -> None:
-    where = CLIENTS._connections[client.id].where
+    where = CLIENTS.by_id[client.id].where
     wrist, shoulder = client.joint("wrist"), client.object("shoulder")
     assert repr(wrist) == f"<Joint 'wrist', handle {wrist.handle}, at {where}>"
     assert repr(shoulder) == f"<Object 'shoulder' (joint), handle {shoulder.handle}, at {where}>"
@@ -39,7 +39,7 @@ def test_an_object_says_class_name_handle_and_server(client: Client) -> None:
 
 
 def test_the_simulation_and_stepped_mode_say_their_state(client: Client) -> None:
-    where = CLIENTS._connections[client.id].where
+    where = CLIENTS.by_id[client.id].where
     client.simulation.start()
     assert repr(client.simulation) == f"<Simulation at {where}: running at the newest answer>"
     client.simulation.stop()
@@ -65,7 +65,7 @@ def test_a_repr_says_that_the_scene_the_server_or_the_client_has_gone(
     world.simulation.load(path_of(world))
     client.objects()
     assert repr(wrist).endswith(", of a scene that was replaced>")
-    CLIENTS._connections[client.id]._transport.lose()  # type: ignore[union-attr]
+    CLIENTS.by_id[client.id]._transport.lose()  # type: ignore[union-attr]
     assert repr(client).endswith(f", server gone, id {client.id}>")
     assert all(map(repr, all_of_them))
     v.simxFinish(client.id)
@@ -75,7 +75,7 @@ def test_a_repr_says_that_the_scene_the_server_or_the_client_has_gone(
 
 def test_a_repr_does_not_wait_for_a_call_of_another_thread(client: Client) -> None:
     all_of_them = things(client)
-    connection = CLIENTS._connections[client.id]
+    connection = CLIENTS.by_id[client.id]
 
     class Held:
         def __enter__(self) -> None:

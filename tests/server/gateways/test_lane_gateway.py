@@ -378,7 +378,34 @@ def test_values_of_many_streams_get_more_memory(process: ServerProcess) -> None:
     link = link_of(client)
     assert link is not None
     # The first answers have the values too, so they may all be here before the memory for later ones.
-    assert wait_until(lambda: v.simxGetPingTime(client)[0] == 0 and len(link._values._memory) > 100_000, 10.0)
+    assert wait_until(lambda: v.simxGetPingTime(client)[0] == 0 and len(link._values.memory) > 100_000, 10.0)
+
+
+def test_a_lane_is_still_until_the_server_sends_something_or_ends(process: ServerProcess) -> None:
+    client = connect(process)
+    v.simxSetIntegerSignal(client, "a", 1, BLOCKING)
+    v.simxGetIntegerSignal(client, "a", v.simx_opmode_streaming)
+    assert wait_until(
+        lambda: (
+            v.simxGetIntegerSignal(client, "a", v.simx_opmode_buffer) == (0, 1)
+            and v.simxGetPingTime(client)[0] == 0
+            and v.simxGetIntegerSignal(client, "a", v.simx_opmode_buffer) == (0, 1)
+        ),
+        10.0,
+    )
+    link = link_of(client)
+    assert link is not None
+    # The server repeats values now and then.
+    assert wait_until(
+        lambda: v.simxGetIntegerSignal(client, "a", v.simx_opmode_buffer) == (0, 1) and link.is_still(), 10.0
+    )
+    v.simxSetIntegerSignal(client, "a", 2, v.simx_opmode_oneshot)
+    assert wait_until(lambda: not link.is_still(), 10.0)
+    assert wait_until(lambda: v.simxGetIntegerSignal(client, "a", v.simx_opmode_buffer) == (0, 2), 10.0)
+    process.process.kill()
+    assert wait_until(lambda: not link.is_still() or link.is_broken, 10.0)
+    assert wait_until(lambda: v.simxGetConnectionId(client) == -1, 10.0)
+    assert v.simxGetIntegerSignal(client, "a", v.simx_opmode_buffer)[0] != 0
 
 
 def test_neither_side_waits_for_the_other_while_both_send_megabytes(process: ServerProcess) -> None:

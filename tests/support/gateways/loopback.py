@@ -97,6 +97,9 @@ class LoopbackTransport(PackingLink):
                 except queue.Empty:
                     return None
 
+    def is_still(self) -> bool:
+        return False
+
     def newest(self) -> bytes | None:
         return self._stream.pop() if self._stream else None
 

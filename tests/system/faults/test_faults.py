@@ -153,7 +153,7 @@ def test_an_image_that_comes_while_the_one_before_is_taken_is_the_newest(transpo
         content = SimpleNamespace(to_bytes=lambda: payload)
         return SimpleNamespace(key_expr="simx/realm/picture/client/1", payload=content)
 
-    transport._images = TakenWhenLookedAt()
+    transport.new_images = TakenWhenLookedAt()
     for payload in (b"first", b"second"):
         transport._on_image(picture(payload))
     assert transport.images() == [b"second"]
