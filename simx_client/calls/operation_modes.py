@@ -21,7 +21,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from simx_client.protocol import constants as c
-from simx_client.protocol.messages import NOT_AWAITED_MS, Call, Operation, Pace, Reply, of_fields
+from simx_client.protocol.messages import NOT_AWAITED_MS, STATUS_OK, Call, Operation, Pace, Reply, of_fields
 
 from .marshalling import Key, Marshal
 
@@ -263,6 +263,16 @@ class Modes:
         if reply is not None:
             self.inbox[key] = reply
         return result
+
+    def set_directly(self, key: Key, time_ms: int) -> int:
+        """Do as `sent_directly` for a command without results that has succeeded."""
+        self.has_kept.add(key[0])
+        before = self.inbox.get(key)
+        self.inbox[key] = of_fields(Reply, (0, STATUS_OK, time_ms, []))
+        if before is None:
+            return _NO_VALUE
+        self.last_command_time_ms = before.time_ms
+        return before.status
 
     # --- receiving -------------------------------------------------------------------------------
 

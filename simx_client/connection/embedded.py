@@ -12,7 +12,7 @@ from typing import Any
 from simx_client.calls.marshalling import Marshal
 from simx_client.errors import ConnectionFailed
 from simx_client.protocol import constants as c
-from simx_client.protocol.messages import STATUS_OK, Delivery, Pace, Reply, of_fields
+from simx_client.protocol.messages import STATUS_OK, Delivery, Pace, Reply
 from simx_client.transport.direct import DirectFunction, DirectTransport, ShortWay, StreamWay
 
 from .connection import MESSAGE_ID_MASK, Connection
@@ -105,10 +105,8 @@ class EmbeddedConnection(Connection):
             return None
         if short is not None and marshal.gives_nothing and short(values) == STATUS_OK:
             self._count_direct()
-            reply = of_fields(Reply, (0, STATUS_OK, direct.replied_at_ms, []))
-        else:
-            reply = self._execute(call, values)
-        return self._modes.sent_directly(marshal, slot, reply)
+            return self._modes.set_directly(slot, direct.replied_at_ms)
+        return self._modes.sent_directly(marshal, slot, self._execute(call, values))
 
     def _look(
         self,
@@ -123,8 +121,7 @@ class EmbeddedConnection(Connection):
         if mode == _BUFFER and newest is not None and not (modes.outbox or direct.has_messages):
             stream_id = modes.stream_id(marshal.key(arguments))
             if stream_id is not None and (found := newest(arguments, stream_id)) is not None:
-                time_ms, result = found
-                modes.note_time(time_ms)
+                modes.last_command_time_ms, result = found
                 return result
         values = marshal.coerce(arguments)
         self._drain()

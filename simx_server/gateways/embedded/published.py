@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class Published:
     """Values that are not written any more. Their form is not yet that of a message."""
 
-    __slots__ = ("_numbers", "_others", "_places", "at", "is_seen", "time_ms")
+    __slots__ = ("_others", "at", "is_seen", "numbers", "places", "time_ms")
 
     def __init__(self, values: NewestValues, at: tuple[float, SimulationState, int]) -> None:
         """Keep what is published.
@@ -32,19 +32,21 @@ class Published:
         self.is_seen = False
         """Whether the client has read one of them."""
 
-        self._numbers = values.numbers
-        self._places: Mapping[int, Place] = {} if values.positions is None else values.positions.places
+        self.numbers = values.numbers
+        self.places: Mapping[int, Place] = {} if values.positions is None else values.positions.places
+        """Of the positions in `numbers`, by the joint's handle."""
+
         self._others: Sequence[tuple[int, Command, Answer, int]] = ()
         if others := values.of_streams():
             self._others = [(each, one.command, one.answer, one.time_ms) for each, one in others]
 
     def position(self, handle: int) -> tuple[int, float] | None:
         """Return the id of the stream of a joint's position, and the position; None if it has to be taken."""
-        place = self._places.get(handle)
-        if place is None or self._numbers is None:
+        place = self.places.get(handle)
+        if place is None or self.numbers is None:
             return None
         stream_id, position = place
-        return stream_id, as_single(position_in(self._numbers, position))
+        return stream_id, as_single(position_in(self.numbers, position))
 
     def replies(self, received: Callable[[Command, Values], Values]) -> list[Reply]:
         """Return them as messages would bring them.
@@ -53,7 +55,7 @@ class Published:
             received: gives the results of a command that form.
         """
         replies: list[Reply] = []
-        for handle in self._places:
+        for handle in self.places:
             if (found := self.position(handle)) is not None:
                 replies.append(of_fields(Reply, (found[0], STATUS_OK, self.time_ms, [found[1]])))
         for stream_id, command, (status, results), time_ms in self._others:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from array import array
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
@@ -21,6 +22,7 @@ from simx_client.protocol.commands import TRIGGER, Command
 from simx_client.protocol.messages import PROTOCOL_VERSION, STATUS_OK, Delivery, Reply, Welcome, of_fields
 from simx_client.protocol.precision import Values
 from simx_client.transport.direct import Crew, DirectFunction, DirectTransport, Plan, ShortWay, StreamWay
+from simx_server.joints.joints import position_in
 from simx_server.limits import LimitReached
 from simx_server.service.answers.answers import Answer
 from simx_server.service.answers.link import PackingLink
@@ -426,7 +428,7 @@ class EmbeddedTransport(PackingLink):
         """
         if command.name != JOINT_POSITION:
             return None
-        due = self._service.due
+        due, single = self._service.due, array("f", [0.0])
 
         def newest(arguments: Sequence[Any], stream_id: int) -> tuple[int, tuple[int, float]] | None:
             published, (handle,) = self._published, arguments
@@ -434,13 +436,14 @@ class EmbeddedTransport(PackingLink):
                 return None
             if published.is_seen and due.are_streams_due():
                 return None
-            found = published.position(handle)
-            if found is None or found[0] != stream_id:
+            place, numbers = published.places.get(handle), published.numbers
+            if place is None or numbers is None or place[0] != stream_id:
                 return None
+            single[0] = position_in(numbers, place[1])
             if not published.is_seen:
                 self._see(published)
                 seen()
-            return published.time_ms, (0, found[1])
+            return published.time_ms, (0, single[0])
 
         return newest
 
