@@ -208,14 +208,20 @@ class Batches:
                 if waiting.must_wait(session, call, batch, has_waited):
                     return False
             has_waited = False
+            if call.operation == _EXECUTE:
+                if call.command != run.name:
+                    self._turn_to(run, call.command)
+                if run.exact is not None and call.delay_ms > 0:
+                    after = self._set(run, run.exact, calls, position - 1)
+                    if after >= position:
+                        position = after
+                        continue
             if execute(run, call, calls, position):
                 return False
-            if run.exact is not None:
-                position = self._set_more(run, run.exact, calls, position)
         return True
 
-    def _set_more(self, run: _Run, exact: Exact, calls: list[Call], position: int) -> int:
-        """Execute the calls from a position on that set values as the one before; return where these calls end."""
+    def _set(self, run: _Run, exact: Exact, calls: list[Call], position: int) -> int:
+        """Execute the calls from a position on that set values at their addresses; return where these calls end."""
         name, aim, takes, done = run.name, exact.run, exact.takes, run.replies.done
         time_ms, begin = self._messages.time_ms(), position
         for call_id, operation, delay_ms, called, arguments in calls[begin : begin + MOST_SET]:
@@ -237,13 +243,8 @@ class Batches:
             return False
         if name != run.name:
             self._turn_to(run, name)
-        command, handling, exact = run.command, run.handling, run.exact
-        if exact is not None and delay_ms > 0 and operation == _EXECUTE and len(arguments) == exact.takes:
-            if exact.run(*arguments) is not None:
-                run.tally.count += 1
-                replies.done(call_id, self._messages.time_ms())
-                return False
-        elif name == TRIGGER and self._may_trigger(run, operation, arguments):
+        command, handling = run.command, run.handling
+        if name == TRIGGER and self._may_trigger(run, operation, arguments):
             return self._trigger(run, call, calls[position:])
         if handling is None:
             command, handling = run.command, run.handling = executor.dispatch.find(session, name)
