@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack, closing
+from collections import Counter
+from collections.abc import Generator
+from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from unittest.mock import patch
 
@@ -68,6 +70,7 @@ def measure(effort: Effort) -> Findings:
 
 
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
+    received = stack.enter_context(_counted())
     client = stack.enter_context(simulator())
     handles = [handle_of(client, name) for name in JOINTS]
     query, stepping = (
@@ -79,7 +82,11 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     stack.enter_context(running(client, stepped=True))
     for handle in handles:
         vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_streaming)
-    counted = _messages(client, handles, effort.count(50))
+    _loop(client, handles)  # brings the first answers of the streams
+    turns, before = effort.count(50), received.total()
+    for _ in range(turns):
+        _loop(client, handles)
+    counted = (received.total() - before) / turns
     taken = side_by_side(
         "stepping",
         {
@@ -96,21 +103,18 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     return taken | {MESSAGES: Rounds(((counted,),))}
 
 
-def _messages(client: int, handles: list[int], turns: int) -> float:
-    """Return the messages by the lane that a turn brings to the client; streams come in shared memory."""
-    count, receive = 0, Lane.receive
+@contextmanager
+def _counted() -> Generator[Counter[str]]:
+    """Count the messages by the lane to a client that connects within the block; streams come in shared memory."""
+    received, receive = Counter[str](), Lane.receive
 
     def counting(self: Lane, timeout: float, *, is_soon: bool = False) -> bytes | None:
-        nonlocal count
         payload = receive(self, timeout, is_soon=is_soon)
-        count += payload is not None
+        received["messages"] += payload is not None
         return payload
 
-    _loop(client, handles)
     with patch.object(Lane, "receive", counting):
-        for _ in range(turns):
-            _loop(client, handles)
-    return count / turns
+        yield received
 
 
 def _loop(client: int, handles: list[int]) -> None:
