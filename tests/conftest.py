@@ -20,6 +20,7 @@ import pytest
 from kinds_of_tests import add_marker
 from processes import PENDULUM, ForkingSubprocess
 from real_world import Open, RealWorld, World
+from workers import messages
 
 import simx_client as v
 from simx_client.checking import regular as checked_functions
@@ -138,6 +139,8 @@ FORKING = (checked_functions, checked_scene, worker, attempt)
 def pytest_configure(config: pytest.Config) -> None:
     """Do the common work once, before xdist's workers start."""
     if hasattr(config, "workerinput"):
+        plugins = config.pluginmanager.get_plugins()
+        messages.gather(next(each for each in plugins if type(each).__name__ == "WorkerInteractor"))
         return
     # Where PYTHONDONTWRITEBYTECODE is set every process that a test starts would compile all this anew.
     for package in ("simx_client", "simx_server", "bench", "tests/support", "tests/fuzz"):
@@ -155,18 +158,19 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """Take the messages of a worker apart."""
+    node.process_from_remote = messages.spread(node.process_from_remote)
+
+
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Give files to xdist's workers as it does, but those of `LEARNING` to one."""
+    """Give files to xdist's workers, those of `LEARNING` to one."""
     if config.option.dist != "loadfile":
         return None
-    from xdist.scheduler import LoadFileScheduling
+    from workers.scheduling import FileScheduling
 
-    class Scheduler(LoadFileScheduling):
-        def _split_scope(self, nodeid: str) -> str:
-            file = super()._split_scope(nodeid)
-            return "learning" if Path(file).name in LEARNING else file
-
-    return Scheduler(config, log)
+    return FileScheduling(config, log, together=LEARNING)
 
 
 def _write_rewritten_tests() -> None:
