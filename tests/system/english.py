@@ -8,6 +8,7 @@ A folder joins ``CLEAN`` once it has no findings.
 from __future__ import annotations
 
 import ast
+import functools
 import gc
 import re
 import sys
@@ -184,12 +185,50 @@ def moods(nodes: Sequence[ast.AST]) -> Iterator[tuple[int, str]]:
                 )
 
 
+WITHOUT_TEXTS = {"ctx", "op", "ops", "id", "attr", "arg", "kind", "module", "names", "type_comment"}
+"""Fields of syntax trees that lead to no text: half of all nodes are in them."""
+
+
+@functools.cache
+def fields(kind: type[ast.AST]) -> tuple[str, ...]:
+    """Return the fields of a kind of node that lead to texts."""
+    return tuple(name for name in kind._fields if name not in WITHOUT_TEXTS)
+
+
+def walk(tree: ast.AST) -> list[ast.AST]:
+    """Return the nodes of a module that may have texts, in the order of `ast.walk`, which takes three times as long."""
+    nodes = [tree]
+    for node in nodes:
+        for name in fields(type(node)):
+            value = getattr(node, name, None)
+            if isinstance(value, list):
+                nodes += [each for each in value if isinstance(each, ast.AST)]
+            elif isinstance(value, ast.AST):
+                nodes.append(value)
+    return [node for node in nodes if isinstance(node, SPEAKING)]
+
+
+SPEAKING = (ast.Expr, ast.Call, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+def findings_in(texts: Sequence[tuple[str, int]]) -> Iterator[tuple[int, str]]:
+    """Yield the findings in texts with their lines, what is quoted as code left out."""
+    read = [
+        (re.sub(r"``.*?``", blank, text, flags=re.DOTALL) if "``" in text else text, line)
+        for text, line in texts
+    ]
+    # All at once first: few files have findings, and they have many texts.
+    together = "\n".join(text for text, _ in read)
+    if any(each.expression.search(together) for each in RULES):
+        for text, line in read:
+            yield from search(text, line)
+
+
 def module_findings(path: Path) -> Iterator[tuple[int, str]]:
     """Yield the findings in the texts of a Python file."""
     source = path.read_text(encoding="utf-8")
-    nodes = list(ast.walk(ast.parse(source)))
-    for text, line in [*texts(nodes), *comments(source)]:
-        yield from search(re.sub(r"``.*?``", blank, text, flags=re.DOTALL), line)
+    nodes = walk(ast.parse(source))
+    yield from findings_in([*texts(nodes), *comments(source)])
     yield from moods(nodes)
 
 
@@ -205,11 +244,13 @@ def blocks(tree: ast.Module) -> Iterator[ast.AST]:
 def docstring_findings(path: Path) -> Iterator[tuple[int, str]]:
     """Yield the findings in the docstrings of a test; they state facts, so the mood is free."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
+    found: list[tuple[str, int]] = []
     for node in blocks(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             text = ast.get_docstring(node, clean=False) or ""
             if text:
-                yield from search(re.sub(r"``.*?``", blank, text, flags=re.DOTALL), node.body[0].lineno)
+                found.append((text, node.body[0].lineno))
+    yield from findings_in(found)
 
 
 def findings_of(path: Path) -> Iterator[tuple[int, str]]:
