@@ -132,6 +132,14 @@ LEARNING = {
 }
 """Files that import PyTorch, which takes seconds: one of xdist's workers has them all."""
 
+BROWSERS = {
+    "test_classroom_browser.py",
+    "test_editor_browser.py",
+    "test_view_browser.py",
+    "test_view_page.py",
+}
+"""Files with one browser, see `browsers.chromium`: one of xdist's workers has them all, and one after the other."""
+
 FORKING = (checked_functions, checked_scene, worker, attempt)
 """Modules that start servers by `subprocess`."""
 
@@ -165,12 +173,12 @@ def pytest_configure_node(node: Any) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Give files to xdist's workers, those of `LEARNING` to one."""
+    """Give files to xdist's workers, those of `LEARNING` to one, and those of `BROWSERS`."""
     if config.option.dist != "loadfile":
         return None
     from workers.scheduling import FileScheduling
 
-    return FileScheduling(config, log, together=LEARNING)
+    return FileScheduling(config, log, together=[LEARNING, BROWSERS])
 
 
 def _write_rewritten_tests() -> None:
@@ -246,6 +254,14 @@ def _draw_the_same_random_cases() -> None:
         pytest.MonkeyPatch().setattr(
             "hypothesis.internal.conjecture.providers._get_local_constants", constants, raising=False
         )
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
+    """End the browser that tests share after the last of them."""
+    browsers = sys.modules.get("browsers")
+    if browsers is not None and (nextitem is None or nextitem.get_closest_marker("browser") is None):
+        browsers.close()
 
 
 @pytest.fixture(scope="session")

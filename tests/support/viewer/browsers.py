@@ -1,9 +1,10 @@
-"""Chromium for tests: what starts it, and pages that are drawn seldom, since software draws them."""
+"""Chromium for tests: one that files share, and pages that are drawn seldom, since software draws them."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ import pytest
 from processes import ROOT, wait_until
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Page
+    from playwright.sync_api import Browser, Page
 
 _FEW_FRAMES = """
 if (CONDITION) {
@@ -50,6 +51,35 @@ def pictures() -> Any:
     if found.find_chromium() is None:
         pytest.skip("needs Chromium: apt-get install chromium", allow_module_level=True)
     return found
+
+
+_shared: list[tuple[Browser, ExitStack]] = []
+"""The browser of this process, while it runs, and what ends it."""
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """A browser without pages and cookies, the same for files that follow each other; what is opened in it is closed.
+
+    To start one takes as much processor time as most tests do with it. `close` ends it.
+    """
+    if _shared and not _shared[0][0].is_connected():
+        close()
+    if not _shared:
+        stack = ExitStack()
+        _shared.append((stack.enter_context(pictures().chromium()), stack))
+    browser, _ = _shared[0]
+    try:
+        yield browser
+    finally:
+        for context in browser.contexts:
+            context.close()
+
+
+def close() -> None:
+    """End the browser, if one runs. Its library keeps an event loop in this thread, in which no other can run."""
+    while _shared:
+        _shared.pop()[1].close()
 
 
 class Watched:

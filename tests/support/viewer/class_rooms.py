@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from browsers import pictures
+from browsers import chromium
 from classes import Class, running_class
 
 if TYPE_CHECKING:
@@ -34,4 +34,4 @@ class Room:
         scene = folder / "swing.xml"
         scene.write_text(SWING)
         self.simx: Class = stack.enter_context(running_class(scene, *flags))
-        self.browser: Browser = stack.enter_context(pictures().chromium())
+        self.browser: Browser = stack.enter_context(chromium())

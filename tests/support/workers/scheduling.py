@@ -13,14 +13,15 @@ from xdist.scheduler import LoadFileScheduling
 class FileScheduling(LoadFileScheduling):
     """Gives files to xdist's workers as it does, in a time that does not grow with the number of tests."""
 
-    def __init__(self, config: pytest.Config, log: Any, together: Collection[str]) -> None:
-        """`together`: names of files that one worker has."""
+    def __init__(self, config: pytest.Config, log: Any, together: Sequence[Collection[str]]) -> None:
+        """`together`: names of files that one worker has, for each group of such files."""
         super().__init__(config, log)
         self._together = together
 
     def _split_scope(self, nodeid: str) -> str:
         file = super()._split_scope(nodeid)
-        return "together" if Path(file).name in self._together else file
+        name = Path(file).name
+        return next((f"group {number}" for number, group in enumerate(self._together) if name in group), file)
 
     def add_node_collection(self, node: Any, collection: Sequence[str]) -> None:
         """Keep the tests of a worker, where their places are found at once."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import cv2
 import pytest
-from browsers import COARSE, FEW_FRAMES, Watched, pictures
+from browsers import COARSE, FEW_FRAMES, Watched, chromium, pictures
 from launching import environment
 from processes import ROOT, ServerProcess, read_line, running, server, wait_until
 from real_world import BLOCKING
@@ -61,7 +61,7 @@ class Place(Watched):
         self._running = stack.enter_context(ExitStack())
         self.process = self._serve("room", 0, 0)
         self.url = read_line(self.process.process, 60).split()[1]
-        browser = stack.enter_context(view_pictures.chromium())
+        browser = stack.enter_context(chromium())
         page = view_pictures.open_page(browser, f"{self.url}?{COARSE}", WIDTH, HEIGHT, script=FEW_FRAMES)
         super().__init__(page, SOON)
         self.client = self._connect()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from browsers import COARSE, FEW_FRAMES, Watched, pictures
+from browsers import COARSE, FEW_FRAMES, Watched, chromium, pictures
 from PIL import Image
 from processes import ServerProcess, read_line, server
 from real_world import BLOCKING
@@ -58,7 +58,7 @@ class Opened(Watched):
         process: ServerProcess = stack.enter_context(server(scene, "--view", 0, ports=(0,)))
         self.url = read_line(process.process, 60).split()[1]
         self.client = stack.enter_context(Client(f"127.0.0.1:{process.port}"))
-        super().__init__(stack.enter_context(view_pictures.chromium()).new_page(), SOON)
+        super().__init__(stack.enter_context(chromium()).new_page(), SOON)
         self.page.add_init_script(FEW_FRAMES)
         self._is_loaded = False
 
