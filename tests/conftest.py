@@ -21,6 +21,7 @@ from kinds_of_tests import add_marker
 from processes import PENDULUM, ForkingSubprocess
 from real_world import Open, RealWorld, World
 from workers import messages
+from workers.order import BROWSERS, LEARNING, LONGEST
 
 import simx_client as v
 from simx_client.checking import regular as checked_functions
@@ -37,108 +38,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 TESTS = Path(__file__).parent
-LONGEST = (
-    "test_editor_browser.py",
-    "test_editor_hostile.py",
-    "test_fleets_on_ray.py",
-    "test_determinism.py",
-    "test_saved_scenes.py",
-    "test_watchdog.py",
-    "test_grading_exercises.py",
-    "test_notebooks.py",
-    "test_security.py",
-    "test_scripts_python_limits.py",
-    "test_wheels.py",
-    "test_trial_of_hostile_files.py",
-    "test_call_costs.py",
-    "test_scenes_of_vrep_from_clients.py",
-    "test_view_browser.py",
-    "test_vrep_files_again.py",
-    "test_other_systems.py",
-    "test_namespaces.py",
-    "test_faults.py",
-    "test_gym_stable_baselines3.py",
-    "test_view_process.py",
-    "test_editor_views.py",
-    "test_scenes_of_vrep_as_folders.py",
-    "test_streaming_instants.py",
-    "test_saved_models.py",
-    "test_lua_hostile.py",
-    "test_scripts_safety.py",
-    "test_scenes_of_others.py",
-    "test_classroom_browser.py",
-    "test_english.py",
-    "test_counts.py",
-    "test_soak.py",
-    "test_bench_smoke.py",
-    "test_run_lifeline.py",
-    "test_hostile_calls.py",
-    "test_legacy_scripts.py",
-    "test_samples_run.py",
-    "test_worlds.py",
-    "test_detect_example.py",
-    "test_reach_example.py",
-    "test_view_page.py",
-    "test_fleet.py",
-    "test_faults_timeouts.py",
-    "test_rehearsal.py",
-    "test_gym_environments.py",
-    "test_filming.py",
-    "test_ros2_programs.py",
-    "test_zmq_types.py",
-    "test_docs_tutorials.py",
-    "test_codec.py",
-    "test_run_script.py",
-    "test_models_vehicles.py",
-    "test_grading_limits.py",
-    "test_models_line_tracer.py",
-    "test_vrep_files.py",
-    "test_recording.py",
-    "test_compiled_steps.py",
-    "test_scripts_lua.py",
-    "test_models_stock.py",
-    "test_vrep_edits.py",
-    "test_docs_pages.py",
-    "test_confinement.py",
-    "test_gym_vectors.py",
-    "test_files.py",
-    "test_agents.py",
-    "test_samples_as_worlds.py",
-    "test_run_windows_display.py",
-    "test_compare_command.py",
-    "test_keyboard_example.py",
-    "test_classroom.py",
-    "test_tutorial_program.py",
-    "test_pyrep_processes.py",
-    "test_fit.py",
-    "test_zenoh.py",
-    "test_scripts_giving_way.py",
-    "test_run_server.py",
-    "test_damage.py",
-    "test_modern_client.py",
-    "test_gl_backend.py",
-    "test_help_examples.py",
-    "test_check_zmq.py",
-    "test_ros2_scripts.py",
-)
-"""Files that take longest, roughly the longest first: begun last, one leaves the other cores with nothing to do."""
-
-
-LEARNING = {
-    "test_demonstrations_example.py",
-    "test_detect_example.py",
-    "test_gym_stable_baselines3.py",
-    "test_reach_example.py",
-}
-"""Files that import PyTorch, which takes seconds: one of xdist's workers has them all."""
-
-BROWSERS = {
-    "test_classroom_browser.py",
-    "test_editor_browser.py",
-    "test_view_browser.py",
-    "test_view_page.py",
-}
-"""Files with one browser, see `browsers.chromium`: one of xdist's workers has them all, and one after the other."""
+YOUNG = 5000
+"""New objects after which the garbage collector searches: after 700, Python's, it takes a twentieth of all time."""
 
 FORKING = (checked_functions, checked_scene, worker, attempt)
 """Modules that start servers by `subprocess`."""
@@ -155,7 +56,7 @@ def pytest_configure(config: pytest.Config) -> None:
         compileall.compile_dir(TESTS.parent / package, quiet=2)
     if missing := set(LONGEST) - {path.name for path in TESTS.rglob("test_*.py")}:
         raise pytest.UsageError(
-            f"LONGEST in tests/conftest.py names files that are not there: {sorted(missing)}"
+            f"LONGEST in tests/support/workers/order.py names files that are not there: {sorted(missing)}"
         )
     is_whole = getattr(config.option, "numprocesses", None) and not config.option.file_or_dir
     if is_whole:
@@ -227,6 +128,7 @@ def pytest_collection() -> Generator[None, object, object]:
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(YOUNG)
         gc.enable()
 
 
