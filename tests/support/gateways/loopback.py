@@ -68,7 +68,8 @@ class LoopbackTransport(PackingLink):
         self._deliveries = queue.SimpleQueue()  # discards what a lost link had not delivered
         self._service.queue.post(join)
         if self._turns:
-            self._loop.turn()
+            while not joined.is_set():  # a turn may execute what has come before
+                self._loop.turn()
         elif not joined.wait(timeout):
             raise ConnectionFailed("the server loop does not answer")
         if refusals:
