@@ -121,7 +121,8 @@ class EmbeddedConnection(Connection):
         if mode == _BUFFER and newest is not None and not (modes.outbox or direct.has_messages):
             stream_id = modes.stream_id(marshal.key(arguments))
             if stream_id is not None and (found := newest(arguments, stream_id)) is not None:
-                modes.last_command_time_ms, result = found
+                time_ms, result = found
+                modes.note_time(time_ms)
                 return result
         values = marshal.coerce(arguments)
         self._drain()
