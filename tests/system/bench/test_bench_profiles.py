@@ -70,7 +70,7 @@ def test_a_page_shows_each_folder_and_who_waits():
         {"simx_server/joints/stepping/stepper.Stepper._run_compiled": 6e-4, "codec.pack": 1e-6}, 7e-4, 1e-4
     )
     text = page([Profile("a loop", 1e-3, {"server": taken})])
-    assert "| in all | 1e+03 | 100% |" in text
+    assert "| in all | 1,000 | 100% |" in text
     assert "| server: simx_server/joints/stepping: `stepper.Stepper._run_compiled` | 600 | 60% |" in text
     assert "| server: all else in the main thread | 100 | 10% |" in text
     assert "| server: other threads | 100 | 10% |" in text
