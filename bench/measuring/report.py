@@ -12,8 +12,8 @@ from .measure import Rounds
 PLOTS = "plots"
 """The folder beside the page with its images."""
 
-DETAILS = "DETAILS.md"
-"""The second page."""
+DETAILS, PROFILES = "DETAILS.md", "PROFILES.md"
+"""The other pages: `details`, and what `python -m bench.profiles` writes."""
 
 Curve = Sequence[tuple[float, float]]
 """Points (x, y), both above zero, by rising x."""
@@ -169,7 +169,10 @@ def compose(
         "Aims are ratios to a baseline of the same run. A ratio of Python to C differs between machines; "
         "counts do not (`python -m bench.counts`).",
     ]
-    lines += [f"Figures and what is not an aim: [{DETAILS}]({DETAILS}).", ""]
+    lines += [
+        f"Figures and what is not an aim: [{DETAILS}]({DETAILS}); where the time goes: [{PROFILES}]({PROFILES}).",
+        "",
+    ]
     lines += _rivals([rival for found in findings for rival in found.rivals])
     if aims:
         lines += ["", "## Aims", "", *_kept(aims)]
