@@ -21,6 +21,7 @@ from simx_client.protocol.messages import (
     no_common_version,
 )
 from simx_client.protocol.zenoh import keys, link
+from simx_client.protocol.zenoh.connections import Connection, close_at_once
 
 from .busy_wait import BusyWait
 from .diagnosis import busy_server, diagnose
@@ -200,6 +201,8 @@ class ZenohTransport:
         chosen = welcomes[0].protocol
         if not OLDEST_PROTOCOL <= chosen <= PROTOCOL_VERSION:  # a server that has not noticed
             raise ConnectionFailed(no_common_version((OLDEST_PROTOCOL, PROTOCOL_VERSION), (chosen, chosen)))
+        links = (Connection.of(each) for each in self._session.info.links())
+        close_at_once([each for each in links if each is not None])
         return welcomes[0]
 
     def _only_realm(self, deadline: float, until: float) -> str:

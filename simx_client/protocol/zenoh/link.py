@@ -18,8 +18,8 @@ from simx_client.protocol.codec import MAX_BATCH
 
 WORKERS = 8
 """Threads of Zenoh's pool in a client. Closing the link of a peer that stopped reading with a full queue
-keeps one of them busy for ten seconds; without a free one no client is served. Idle threads have no
-measurable cost."""
+keeps one of them busy for ten seconds, unless `connections.close_at_once` has prevented it; without a free one
+no client is served. Idle threads have no measurable cost."""
 
 SERVER_WORKERS = 64
 """The same in a server, where clients determine how many links are closed: a link that never finished its

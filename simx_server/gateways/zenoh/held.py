@@ -19,9 +19,8 @@ from typing import Any
 
 from simx_client.protocol.python.light_dataclass import dataclass
 from simx_client.protocol.zenoh import keys
+from simx_client.protocol.zenoh.connections import Connection, close, close_at_once, find, received
 from simx_server.service.clients.admission.unfinished import Holder, Unfinished
-
-from .connections import Connection, close, find, received
 
 logger = logging.getLogger(__name__)
 
@@ -98,15 +97,16 @@ class HeldBytes:
             each.count(completed[each.zid] if each.has_named_client else of_others, quiet)
 
     def _follow_links(self) -> None:
-        """Open accounts of new links and close those of others."""
+        """Open accounts of new links, which no thread waits for when they are closed, and close those of others."""
         links = {
             connection: str(link.zid)
             for link in self._session.info.links()
-            if (connection := Connection.of(link.src, link.dst)) is not None
+            if (connection := Connection.of(link)) is not None
         }
         for connection in self._links.keys() - links.keys():
             self._links.pop(connection).holder.end()
         new = links.keys() - self._links.keys()
+        close_at_once(new)
         for connection, descriptor in find(new).items() if new else ():
             cut = self._unfinished.holder(partial(_cut, connection), is_timed=False)
             self._links[connection] = _Link(connection, links[connection], descriptor, cut)

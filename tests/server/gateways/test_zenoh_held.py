@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import socket
+import struct
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from threading import Thread
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -18,9 +21,11 @@ from raw_peer import connect
 from routers import Wire
 from zmq_world import ZmqWorld, zmq_world
 
-from simx_client.protocol.zenoh import keys
+import simx_client as v
+from simx_client.connection.clients import CLIENTS
+from simx_client.protocol.zenoh import connections, keys
 from simx_server.gateways.zenoh import held
-from simx_server.gateways.zenoh.connections import Connection, find
+from simx_client.protocol.zenoh.connections import Connection, find
 from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.limits import Limits
 
@@ -156,9 +161,36 @@ def test_sessions_that_declare_while_their_links_are_counted_are_not_blocked(
 
 
 def test_endpoints_of_zenoh_name_connections() -> None:
-    mapped = Connection.of("tcp/[::ffff:127.0.0.1]:7447", "tcp/[::ffff:127.0.0.1]:50000")
+    def between(here: str, there: str) -> Connection | None:
+        return Connection.of(SimpleNamespace(src=here, dst=there))
+
+    mapped = between("tcp/[::ffff:127.0.0.1]:7447", "tcp/[::ffff:127.0.0.1]:50000")
     assert mapped == Connection(7447, "127.0.0.1", 50000)
-    assert Connection.of("tls/[fe80::1%2]:7447", "tls/[fe80::2%2]:1") == Connection(7447, "fe80::2", 1)
-    assert Connection.of("unixsock-stream//tmp/a", "unixsock-stream//tmp/b") is None
+    assert between("tls/[fe80::1%2]:7447", "tls/[fe80::2%2]:1") == Connection(7447, "fe80::2", 1)
+    assert between("unixsock-stream//tmp/a", "unixsock-stream//tmp/b") is None
     assert mapped is not None
     assert find([mapped]) == {mapped: None}
+
+
+def test_neither_end_of_a_link_waits_ten_seconds_in_a_thread_of_zenoh_when_it_is_closed(place: Place) -> None:
+    def lingers(session: Any) -> list[bool]:
+        """Whether the system waits for the other end, for each link of a session."""
+        found = []
+        for link in session.info.links():
+            connection = Connection.of(link)
+            assert connection is not None
+            with connections._copy(connections._descriptors()[0][connection]) as one:
+                option = one.getsockopt(socket.SOL_SOCKET, socket.SO_LINGER, 8)
+                found.append(struct.unpack("ii", option)[0] != 0)
+        return found
+
+    stranger = place.come()[0]
+    place.count_twice()
+    assert lingers(stranger) == [True]  # Zenoh's own choice
+    assert lingers(place.gateway._session) == [False]
+    client = v.simxStart("127.0.0.1", place.gateway.ports[0], True, True, 5000, 5)
+    place.count_twice()
+    transport: Any = CLIENTS.get(client)._transport
+    assert lingers(getattr(transport, "zenoh", transport)._session) == [False]
+    assert lingers(place.gateway._session) == [False, False]
+    v.simxFinish(client)
