@@ -145,7 +145,7 @@ def _one_set(effort: Effort, task: Task, work: dict[str, Work], stack: ExitStack
         cases[name] = Case(stack.enter_context(make(task, port)), [process_id])
     for count in COUNTS:
         chosen = [places.pop() for _ in range(count)]
-        step = stack.enter_context(_lock_step(task, [port for port, _ in chosen]))
+        step = stack.enter_context(lock_step(task, [port for port, _ in chosen]))
         cases[by_batch(count)] = Case(step, [process_id for _, process_id in chosen])
     simulation = open_world(Settings(scene=task.scene), stack)
     simulation.simulation.start()
@@ -212,8 +212,8 @@ _blocking = partial(_legacy, mode=vrep.simx_opmode_blocking)
 
 
 @contextmanager
-def _lock_step(task: Task, ports: Sequence[int]) -> Generator[Callable[[], Any]]:
-    """The same by ``simx_client.batch``."""
+def lock_step(task: Task, ports: Sequence[int]) -> Generator[Callable[[], Any]]:
+    """The same by ``simx_client.batch``: give a step of all servers at these ports."""
     with ExitStack() as stack:
         ready = [stack.enter_context(_prepared(task, port)) for port in ports]
         servers = batch.Servers([client for client, *_ in ready])

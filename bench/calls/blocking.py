@@ -89,7 +89,7 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     query, publications, tcp = processes.all_baselines(stack)
     cases = {
         READ: lambda: check(vrep.simxGetJointPosition(client, handle, vrep.simx_opmode_blocking)),
-        BURST: lambda: _burst(client, handles),
+        BURST: lambda: burst(client, handles),
         QUERY: lambda: query.exchange(request),
         PUBLICATIONS: lambda: publications.exchange(request),
         TCP: lambda: tcp.exchange(request),
@@ -104,7 +104,7 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
         return stopped | take(RUNNING)
 
 
-def _burst(client: int, handles: list[int]) -> None:
+def burst(client: int, handles: list[int]) -> None:
     """Two targets for each joint, sent together; then whatever waits."""
     vrep.simxPauseCommunication(client, True)
     for handle in handles:

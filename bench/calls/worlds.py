@@ -63,15 +63,16 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     physics = Physics(stack)
     cases: dict[str, Callable[[], object]] = {
         ROLLOUT_ALONE: stack.enter_context(_rollout(physics, 1)),
-        ALONE: stack.enter_context(_stepped(0)),
-        TOGETHER: stack.enter_context(_stepped(CORES)),
+        ALONE: stack.enter_context(stepped(0)),
+        TOGETHER: stack.enter_context(stepped(CORES)),
         ROLLOUT: stack.enter_context(_rollout(physics, CORES)),
     }
     return side_by_side("worlds", cases, rounds=max(2, effort.rounds * 3), calls=effort.count(20))
 
 
 @contextmanager
-def _stepped(processes: int) -> Generator[Callable[[], object]]:
+def stepped(processes: int) -> Generator[Callable[[], object]]:
+    """Give an environment step of all worlds, in so many processes or, for 0, in this one."""
     task = TASKS[0]
     with Worlds(task.scene, COUNT, processes=processes) as worlds:
         names = (*task.joints, task.seen_from, task.ball)

@@ -89,7 +89,7 @@ def measure(effort: Effort) -> Findings:
         return side_by_side("picture", cases(stack), rounds=effort.rounds, calls=effort.count(20))
 
     taken: dict[str, Rounds] = {}
-    for cases in (_transport, partial(_rendering, has_bare=choose_backend().name != RAYCAST), _lists):
+    for cases in (_transport, partial(_rendering, has_bare=choose_backend().name != RAYCAST), lists):
         taken |= repeated((effort.sets + 1) // 2, partial(take, cases))
     taken |= repeated((effort.sets + 1) // 2, partial(_asking, effort))
     found = _tell(taken)
@@ -212,7 +212,8 @@ def _asking(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     return in_turn("picture", {ASKING: lambda: server.time_asking(effort.count(50))}, effort.rounds)
 
 
-def _lists(stack: ExitStack) -> dict[str, Callable[[], object]]:
+def lists(_stack: ExitStack) -> dict[str, Callable[[], object]]:
+    """Return what makes lists of an image's bytes, by name; nothing of it needs a server."""
     data = (bytes(range(256)) * (SIZE // 256 + 1))[:SIZE]
     return {
         BUILD: lambda: VisionImage.from_bytes(data, WIDTH, HEIGHT)[0],

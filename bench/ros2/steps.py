@@ -48,26 +48,32 @@ def measure(effort: Effort) -> Findings:
 
 
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
-    scene = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "arm.xml"
-    scene.write_text(_arm(), encoding="utf-8")
-    listener = stack.enter_context(processes.server(command=(sys.executable, "-m", "bench.ros2.listener")))
-    cases = {STEP: _world(scene, stack), SILENT: _world(scene, stack), HEARD: _world(scene, stack)}
-    _node(cases[SILENT], Router("tcp/127.0.0.1:0", is_self=True), stack)
-    heard = _node(cases[HEARD], Router(f"tcp/127.0.0.1:{listener.port}"), stack)
-    until = time.monotonic() + processes.READY_WITHIN_S
-    while not heard.has_listeners:
-        if time.monotonic() > until:
-            raise processes.NotReady("the listener is not seen")
-        time.sleep(0.01)
+    worlds = {STEP: _world(stack), SILENT: _world(stack), HEARD: heard(stack)}
+    _node(worlds[SILENT], Router("tcp/127.0.0.1:0", is_self=True), stack)
     return side_by_side(
         "ros2, steps",
-        {name: world.step for name, world in cases.items()},
+        {name: world.step for name, world in worlds.items()},
         rounds=effort.rounds,
         calls=effort.count(1000, 50),
     )
 
 
-def _world(scene: Path, stack: ExitStack) -> World:
+def heard(stack: ExitStack) -> World:
+    """Open a world with a node of ROS 2 that a router beside it listens to."""
+    listener = stack.enter_context(processes.server(command=(sys.executable, "-m", "bench.ros2.listener")))
+    world = _world(stack)
+    node = _node(world, Router(f"tcp/127.0.0.1:{listener.port}"), stack)
+    until = time.monotonic() + processes.READY_WITHIN_S
+    while not node.has_listeners:
+        if time.monotonic() > until:
+            raise processes.NotReady("the listener is not seen")
+        time.sleep(0.01)
+    return world
+
+
+def _world(stack: ExitStack) -> World:
+    scene = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "arm.xml"
+    scene.write_text(_arm(), encoding="utf-8")
     world = open_world(Settings(scene=str(scene)), stack)
     world.simulation.start()
     stack.callback(world.simulation.stop)

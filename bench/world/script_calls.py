@@ -12,7 +12,9 @@ from pathlib import Path
 from bench.measuring.measure import Effort, Rounds, repeated, side_by_side
 from bench.measuring.report import Findings, Ratio, Row
 from simx_server.app.server import open_world
+from simx_server.scripting.script import Script
 from simx_server.settings.settings import Settings
+from simx_server.world.world import World
 
 RAYS, STEP = 341, 0.05
 """Of the scanner in a simulation step, and the seconds of one."""
@@ -121,6 +123,15 @@ def _of_one(rounds: Rounds) -> Rounds:
 
 
 def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
+    world, script = opened(stack)
+    cases = {name: partial(world.scripts.run, script, "repeated", name) for name in CALLS}
+    taken = side_by_side("calls", cases, rounds=effort.rounds, calls=effort.count(20, 3))
+    scan = {SCAN: partial(world.scripts.run, script, "scan")}
+    return taken | side_by_side("scans", scan, rounds=effort.rounds, calls=effort.count(10, 3))
+
+
+def opened(stack: ExitStack) -> tuple[World, Script]:
+    """Open the scanner's scene and start it; return its world and its script."""
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
     (folder / "scan.lua").write_text(SCRIPT)
     (folder / "scan.xml").write_text(SCENE)
@@ -130,7 +141,4 @@ def _one_set(effort: Effort, stack: ExitStack) -> dict[str, Rounds]:
     stack.callback(sim.stop)
     world.step()
     (script,) = world.scripts.all()
-    cases = {name: partial(world.scripts.run, script, "repeated", name) for name in CALLS}
-    taken = side_by_side("calls", cases, rounds=effort.rounds, calls=effort.count(20, 3))
-    scan = {SCAN: partial(world.scripts.run, script, "scan")}
-    return taken | side_by_side("scans", scan, rounds=effort.rounds, calls=effort.count(10, 3))
+    return world, script

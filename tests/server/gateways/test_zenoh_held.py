@@ -24,8 +24,8 @@ from zmq_world import ZmqWorld, zmq_world
 import simx_client as v
 from simx_client.connection.clients import CLIENTS
 from simx_client.protocol.zenoh import connections, keys
-from simx_server.gateways.zenoh import held
 from simx_client.protocol.zenoh.connections import Connection, find
+from simx_server.gateways.zenoh import held
 from simx_server.gateways.zenoh.gateway import ZenohGateway
 from simx_server.limits import Limits
 

@@ -11,8 +11,12 @@ import pytest
 
 from bench.calls.client import connected, handle_of
 from bench.profiles.__main__ import page
-from bench.profiles.cases import Profile, SampledServer
+from bench.profiles.cases import Profile, between
+from bench.profiles.operations import HERE, IMAGE
+from bench.profiles.sampled_server import SampledServer
 from bench.profiles.sampling import Sampler, Taken
+from bench.ros2 import steps
+from bench.world import script_calls
 
 pytestmark = [
     pytest.mark.system,
@@ -59,10 +63,20 @@ def test_a_server_says_what_a_clients_reads_cost_it():
         server = SampledServer(stack)
         assert server.toggle().main > 0.0
         with connected(server.port) as client:
-            found = server.profile("reads", partial(handle_of, client, "UR5"), lasts=0.2)
+            found = between("reads", partial(handle_of, client, "UR5"), [server], lasts=0.2)
     assert found.seconds > 0.0
     assert set(found.processes) == {"client", "server"}
     assert all(taken.main > 0.0 for taken in found.processes.values())
+
+
+@pytest.mark.parametrize("name", [IMAGE, script_calls.SCAN, steps.HEARD])
+def test_an_operation_of_this_process_can_be_repeated(name):
+    with ExitStack() as stack:
+        operation = HERE[name](stack)
+        for _ in range(2):
+            operation.before()
+            operation.run()
+            operation.after()
 
 
 def test_a_page_shows_each_folder_and_who_waits():
