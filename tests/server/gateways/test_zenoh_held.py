@@ -190,7 +190,8 @@ def test_neither_end_of_a_link_waits_ten_seconds_in_a_thread_of_zenoh_when_it_is
     assert lingers(place.gateway._session) == [False]
     client = v.simxStart("127.0.0.1", place.gateway.ports[0], True, True, 5000, 5)
     place.count_twice()
-    transport: Any = CLIENTS.get(client)._transport
+    connection: Any = CLIENTS.get(client)
+    transport = connection._transport
     assert lingers(getattr(transport, "zenoh", transport)._session) == [False]
     assert lingers(place.gateway._session) == [False, False]
     v.simxFinish(client)
