@@ -47,8 +47,8 @@ _EXECUTE, _STREAM, _CANCEL = int(Operation.EXECUTE), int(Operation.STREAM), int(
 MOST_REFUSALS = 1_000_000
 """Most calls to answer of a message that exceeds a limit."""
 
-MOST_SET = 200
-"""Most values to set at their addresses before the time is looked at."""
+MOST_AT_ADDRESSES = 200
+"""Most values to read or set at their addresses before the time is looked at."""
 
 SLICE = 0.002
 """Seconds to spend on a batch before other waiting clients are served."""
@@ -69,7 +69,7 @@ class _Run:
         """Executes it; None until it is needed."""
 
         self.exact: Exact | None = None
-        """How calls of this name set a value at its address, without the handler; None: they need it."""
+        """How calls of this name read or set a value at its address, without the handler; None: they need it."""
 
 
 class Batches:
@@ -211,8 +211,8 @@ class Batches:
             if call.operation == _EXECUTE:
                 if call.command != run.name:
                     self._turn_to(run, call.command)
-                if run.exact is not None and call.delay_ms > 0:
-                    after = self._set(run, run.exact, calls, position - 1)
+                if run.exact is not None:
+                    after = self._at_addresses(run, run.exact, calls, position - 1)
                     if after >= position:
                         position = after
                         continue
@@ -220,16 +220,22 @@ class Batches:
                 return False
         return True
 
-    def _set(self, run: _Run, exact: Exact, calls: list[Call], position: int) -> int:
-        """Execute the calls from a position on that set values at their addresses; return where these calls end."""
-        name, aim, takes, done = run.name, exact.run, exact.takes, run.replies.done
-        time_ms, begin = self._messages.time_ms(), position
-        for call_id, operation, delay_ms, called, arguments in calls[begin : begin + MOST_SET]:
-            if called != name or operation != _EXECUTE or delay_ms <= 0 or len(arguments) != takes:
+    def _at_addresses(self, run: _Run, exact: Exact, calls: list[Call], position: int) -> int:
+        """Execute the calls from a position on that read or set values at their addresses; return where these end."""
+        name, at_address, takes, only_reads = run.name, exact.run, exact.takes, exact.only_reads
+        add, done, time_ms, begin = run.replies.add, run.replies.done, self._messages.time_ms(), position
+        for call_id, operation, delay_ms, called, arguments in calls[begin : begin + MOST_AT_ADDRESSES]:
+            if called != name or operation != _EXECUTE or len(arguments) != takes:
                 break
-            if aim(*arguments) is None:
+            if delay_ms != 0 if only_reads else delay_ms <= 0:
                 break
-            done(call_id, time_ms)
+            result = at_address(*arguments)
+            if result is None:
+                break
+            if only_reads:
+                add(call_id, STATUS_OK, time_ms, [result])
+            else:
+                done(call_id, time_ms)
             position += 1
         run.tally.count += position - begin
         return position
@@ -277,7 +283,7 @@ class Batches:
         run.name, run.command, run.handling = name, ANSWERED.get(name), None
         self._executor.command = run.command.name if run.command else ""
         exact = self._exact.get(name)
-        if exact is None or exact.only_reads or run.command is None or not self._is_plain(run.session):
+        if exact is None or run.command is None or not self._is_plain(run.session):
             run.exact = None
         else:
             run.exact = exact

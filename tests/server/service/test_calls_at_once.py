@@ -288,6 +288,26 @@ def test_sets_of_one_message_do_what_they_do_while_a_history_notes_them(desk) ->
     assert repr(found[0]) == repr(found[1])
 
 
+def test_reads_of_one_message_return_what_they_return_while_a_history_notes_them(desk) -> None:
+    objects = desk.world.simulation.scene.objects.items()
+    joints = [handle for handle, item in objects if item.element == "joint"]
+    bodies = [handle for handle, item in objects if item.element == "body"]
+    desk.call("simxSetFloatSignal", "speed", 0.5)
+    arguments: list[tuple[str, list[Any]]] = [
+        *(("simxGetJointPosition", [handle]) for handle in [*joints, -7, "x", *joints]),
+        ("simxGetJointPosition", []),
+        *(("simxGetObjectPosition", [handle, origin]) for origin in (-1, bodies[0]) for handle in bodies),
+        *(("simxGetFloatSignal", [name]) for name in ("speed", "none")),
+    ]
+    calls = [Call(7 + number, 0, 0, name, each) for number, (name, each) in enumerate(arguments)]
+    calls.insert(2, Call(900, 0, NOT_AWAITED_MS, "simxGetJointPosition", [joints[0]]))
+    found = []
+    for log in (LogOfCalls(), None):
+        desk.service.executor.note_in(log)
+        found.append(desk.send(calls))
+    assert repr(found[0]) == repr(found[1])
+
+
 def test_rules_about_single_calls_hold(desk, at_once) -> None:
     def refuse(command: Any, arguments: Any) -> None:
         raise CommandError(f"{command.name} is not allowed")
