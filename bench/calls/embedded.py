@@ -22,10 +22,10 @@ SHARED_LOOP = "PyBullet shared memory: stepped loop of 4.2 ms"
 STEPS_S = (0.05, 0.001)
 """Simulation steps in seconds."""
 
-SHARES = {0.05: 0.75, 0.001: 0.25}
+SHARES = {0.05: 0.88, 0.001: 0.45}
 """Of the rate of bare mj_step, the stepped loop is to keep this share."""
 
-READS = 3.0
+READS = 1.0
 """Reads of PyBullet that an embedded read may cost."""
 
 RESETS = 2.5

@@ -27,7 +27,7 @@ from .blocking import message_sizes
 from .client import JOINTS, check, connected, handle_of, over_zenoh, settle
 from .pybullet_arm import direct, is_installed, shared_memory
 
-TARGET = 0.9
+TARGET = 0.8
 """Times the call of the ZeroMQ client at an empty server, median and 99th percentile."""
 
 MOST_SWITCHES = 4.0

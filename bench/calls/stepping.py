@@ -24,7 +24,7 @@ STEPS = "the same mj_step calls in process"
 TARGET = 1.4
 """The loop may cost so many bare queries beyond the pass itself."""
 
-SHARE_OF_RATE = 0.6
+SHARE_OF_RATE = 0.7
 """Of the rate of the same physics in process, the loop must keep so much."""
 
 MESSAGES = "messages to the client for a turn of the control loop, streams included"

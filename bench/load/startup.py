@@ -32,7 +32,7 @@ START_MOST = 1.35
 IMPORT_MOST = 4.0
 """Times the start of Python: 60 ms where that takes 15 ms."""
 
-IMPORT_MB, SERVER_MB = 12.0, 100.0
+IMPORT_MB, SERVER_MB = 12.0, 90.0
 """Private memory that an import adds, and proportional memory of a server of the tutorial's scene."""
 
 SETTLES_S = 1.0

@@ -20,8 +20,8 @@ FIXED = 2.0
 EACH = 0.1
 """Bare physics steps that each further one may cost in addition: 3 us where one takes 30 us."""
 
-ARM = 4.0
-"""Times bare mj_step, that a step of 1 ms of the small arm may take."""
+ARM = 2.0
+"""Times bare mj_step, that a step of 1 ms of the small arm may take: half of the rate."""
 
 
 def measure(effort: Effort) -> Findings:
