@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from types import MappingProxyType
 
 _INITIALIZATION, _CLEANUP, _ACTUATION, _SENSING = 0, 1, 2, 3
@@ -60,6 +61,7 @@ _BEGINNING = b"function simx_body(sim_call_type, sim_call_arguments) "
 _THREAD_BEGINNING = b"function sysCall_threadmain() "
 
 
+@lru_cache(maxsize=16)  # each start of the simulation needs it for the same texts
 def with_call_backs(source: bytes, *, threaded: bool = False, is_child: bool = True) -> bytes:
     """Return the text of a script as one with ``sysCall_`` functions; unchanged if it already has some, or is not a
     body.

@@ -11,6 +11,7 @@ A counter makes a short loop three times as slow, so a script that can make no c
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 COUNTER, ACTION = b"simx_left", b"simx_turn"
 """Names of the two upvalues: the remaining iterations, and the function that is called at zero."""
@@ -38,6 +39,7 @@ _CALL = re.compile(rb"""\s*+(?:--|\(|[A-Za-z_]\w*+(?:\s*+[.:]\s*+\w++)*+\s*+(?:-
 """Text after ``return`` where it may be a tail call; a comment may hide one."""
 
 
+@lru_cache(maxsize=16)  # each start of the simulation needs it for the same texts
 def may_make_coroutines(source: bytes) -> bool:
     """Return False for a text that surely makes no coroutine, so that its loops need no counters."""
     return bool(_COROUTINES.search(source) or _REQUIRE.search(source))
