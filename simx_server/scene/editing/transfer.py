@@ -15,9 +15,9 @@ from .twins import Twins
 
 _ARRAYS = (
     *("body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
-    *("geom_pos", "geom_quat", "geom_sameframe", "geom_size", "geom_rgba", "geom_friction", "geom_contype"),
+    *("geom_pos", "geom_quat", "geom_size", "geom_rgba", "geom_friction", "geom_contype"),
     *("geom_solref", "geom_solimp", "geom_solmix", "geom_margin", "geom_condim", "geom_priority"),
-    *("geom_conaffinity", "geom_group", "site_pos", "site_quat", "site_sameframe", "site_rgba", "site_size"),
+    *("geom_conaffinity", "geom_group", "site_pos", "site_quat", "site_rgba", "site_size"),
     *(
         "cam_mode",
         "cam_pos",
@@ -40,9 +40,12 @@ _ARRAYS = (
     *("jnt_pos", "jnt_axis"),
     *("jnt_stiffness", "tendon_range", "tendon_limited", "mat_rgba", "mat_emission", "mat_specular"),
 )
-"""Model arrays of settings a command may have written. The joints write the actuators' arrays themselves."""
+"""Model arrays of settings a command may have written. The joints write the actuators' arrays themselves.
 
-_PLACES = ("_pos", "_quat", "_sameframe", "_dir", "_mode")
+Which elements have the frame of their body follows from these: `mj_setConst` finds it again where one differs.
+"""
+
+_PLACES = ("_pos", "_quat", "_dir", "_mode")
 """Endings of the names of arrays that say where an element is."""
 
 _INERTIA = ("body_ipos", "body_iquat", "body_mass", "body_inertia")
