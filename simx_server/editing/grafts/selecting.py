@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Collection, Iterable, Set
 from typing import TYPE_CHECKING
 
@@ -107,6 +106,7 @@ class Selection:
         ):
             return None
         tops: dict[str, Pose] = {}
+        names: dict[int, str] = {}
         for body in self.kept:
             name, above = model.body(body).name, int(model.body_parentid[body])
             is_top = above not in self.kept
@@ -114,9 +114,10 @@ class Selection:
                 return None
             if is_top and above != 0:
                 tops[name] = start_pose(basis, body)
+            names[body] = name
+        parents = model.body_parentid.tolist()
         bodies = {
-            model.body(body).name: model.body(int(model.body_parentid[body])).name
-            for body in sorted(self.kept)
+            names[body]: names.get(parents[body]) or model.body(parents[body]).name for body in sorted(names)
         }
         return Straight(basis.scene.blueprint.having(bodies), bodies, tops, self.left_out())
 
@@ -127,12 +128,15 @@ class Selection:
         kept = dict.fromkeys(whole, True)
         # Bodies without an object belong to the copied body that carries them.
         parts: list[int] = []
-        waiting = sorted(whole)
-        while waiting:
-            for body in np.flatnonzero(model.body_parentid == heapq.heappop(waiting)).tolist():
-                if scene.by_element("body", body) is None and not self.lost_joints(body):
-                    parts.append(body)
-                    heapq.heappush(waiting, body)
+        carriers = list(whole)
+        while carriers:
+            below = np.flatnonzero(np.isin(model.body_parentid, carriers)).tolist()
+            carriers = [
+                body
+                for body in below
+                if scene.by_element("body", body) is None and not self.lost_joints(body)
+            ]
+            parts += carriers
         kept |= dict.fromkeys(sorted(parts), True)
         for item in self.items:
             if item.element == "joint":
@@ -176,7 +180,8 @@ def _concerning(sim: Simulation, objects: Collection[str]) -> dict[str, dict[str
 
 def joints_of(model: mujoco.MjModel, body: int) -> list[str]:
     """Return the names of a body's hinges, slides and balls."""
-    if free_joint(model, body) >= 0:
+    count = int(model.body_jntnum[body])
+    if not count or free_joint(model, body) >= 0:
         return []
     first = int(model.body_jntadr[body])
-    return [model.joint(joint).name for joint in range(first, first + int(model.body_jntnum[body]))]
+    return [model.joint(joint).name for joint in range(first, first + count)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from functools import cached_property
 from itertools import repeat
 
@@ -61,10 +61,10 @@ class Names:
         block = self._text[int(addresses[0]) : self._text.index(0, int(addresses[-1])) + 1]
         return None if b"\0\0" in block or block.startswith(b"\0") else block
 
-    def name(self, kind: str, index: int) -> str:
-        """Return the name of one element."""
-        start = int(self._addresses(kind)[index])
-        return self._text[start : self._text.index(0, start)].decode()
+    def some(self, kind: str, ids: Sequence[int] | np.ndarray) -> list[str]:
+        """Return the names of some elements."""
+        text, starts = self._text, self._addresses(kind)[ids].tolist()
+        return [text[start : text.index(0, start)].decode() for start in starts]
 
     def find(self, kind: str, name: str) -> int:
         """Return the id of an element of a kind that may be copied, or -1."""
@@ -144,8 +144,9 @@ class Twins:
         before = self.before(kind)
         if copies:
             before = before.copy()
-            for new in np.flatnonzero(before < 0).tolist():
-                head, end, rest = self.new.name(kind, new).partition(GRAFT_END)
+            added = np.flatnonzero(before < 0)
+            for new, name in zip(added.tolist(), self.new.some(kind, added), strict=True):
+                head, end, rest = name.partition(GRAFT_END)
                 if head + end in copies and rest:
                     before[new] = self.old.find(kind, rest)
         after = np.flatnonzero(before >= 0)

@@ -54,8 +54,8 @@ class Straight:
         present = {kind: set[str]() for kind in LEAVES}
         for body in map(source.body, bodies):
             for kind, many in LEAVES.items():
-                names = {leaf.name for leaf in getattr(body, many)}
-                present[kind] |= {name for name in names if (kind, name) not in without}
+                names = (leaf.name for leaf in getattr(body, many))
+                present[kind].update(name for name in names if (kind, name) not in without)
         present["body"] = {_WORLD, *bodies}
         self._acting = [
             (kind, element)

@@ -80,9 +80,13 @@ def _check_ids(twins: Twins, waiting: Waiting) -> None:
         before = twins.before(kind)
         if not twins.keeps_order(kind) or (before[np.count_nonzero(before >= 0) :] >= 0).any():
             raise RuntimeError(f"elements of the kind {kind} have got another order by an edit that waited")
-    for handle in waiting.handles:
-        item = waiting.scene.objects.get(handle)
-        if item is not None and twins.new.name(PREFIXES[item.element], item.id) != item.element_name:
-            raise RuntimeError(
-                f"the {item.element} '{item.name}' has got another number by an edit that waited"
-            )
+    objects = waiting.scene.objects
+    new = [objects[handle] for handle in waiting.handles if handle in objects]
+    for element in {item.element for item in new}:
+        items = [item for item in new if item.element == element]
+        names = twins.new.some(PREFIXES[element], [item.id for item in items])
+        for item, name in zip(items, names, strict=True):
+            if name != item.element_name:
+                raise RuntimeError(
+                    f"the {element} '{item.name}' has got another number by an edit that waited"
+                )

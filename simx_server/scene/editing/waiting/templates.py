@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -133,14 +134,14 @@ class Template:
             hidden: names of bodies that are not objects.
         """
         bodies = [model.body(name).id for name in straight.names]
-        builder = _OfCopies(model, straight, names, annotations, hidden)
+        builder = _OfCopies(model, straight, bodies, names, annotations, hidden)
         for body in bodies:
             builder.owner.setdefault(int(model.body_parentid[body]), -1)
             builder.add_body(body)
         builder.arrange()
         places = {"body": dict(zip(bodies, range(len(bodies)), strict=True))}
         for element in IN_BODIES:
-            elements = (each for body in bodies for each in builder.elements_of(element, body))
+            elements = (each for body in bodies for each in builder.leaves_of(element, body))
             places[element] = {each: place for place, each in enumerate(elements)}
         sensors = [model.sensor(name).id for name in straight.sensors]
         places["sensor"] = {each: place for place, each in enumerate(sensors)}
@@ -205,24 +206,27 @@ class _OfCopies(Builder):
         self,
         model: mujoco.MjModel,
         straight: Straight,
+        bodies: Sequence[int],
         names: Mapping[Element, str],
         annotations: Mapping[str, dict[str, Annotation]],
         hidden: Collection[str],
     ) -> None:
         super().__init__(model, replace(Annotations(), objects=annotations), hidden, names)
-        self._straight = straight
+        self._straight, self._bodies = straight, bodies
 
-    def leaves_of(self, element: str, body: int) -> Sequence[int]:
-        return self.elements_of(element, body)
+    @cached_property
+    def _leaves(self) -> dict[str, dict[int, list[int]]]:
+        return {element: self._copied(element) for element in IN_BODIES}
 
-    def elements_of(self, element: str, body: int) -> Sequence[int]:
-        """Return the ids of the joints, sites, cameras or lights of a body that are copied."""
+    def _copied(self, element: str) -> dict[int, list[int]]:
+        """Return the ids of the joints, sites, cameras or lights that are copied, by body."""
         bodies = getattr(self.model, f"{IN_BODIES[element]}_bodyid")
-        if not len(bodies):
-            return ()
-        found: list[int] = np.flatnonzero(bodies == body).tolist()
         wanted = self._straight.leaves[element]
-        return [each for each in found if getattr(self.model, element)(each).name in wanted]
+        found: dict[int, list[int]] = {}
+        for each in np.flatnonzero(np.isin(bodies, self._bodies)).tolist() if wanted else ():
+            if getattr(self.model, element)(each).name in wanted:
+                found.setdefault(int(bodies[each]), []).append(each)
+        return found
 
 
 def _is_loose(model: mujoco.MjModel, body: int) -> bool:
