@@ -261,9 +261,11 @@ def _turn(old: Array, new: Array) -> Array:
 def _static_bodies(model: mujoco.MjModel) -> NDArray[np.intp]:
     """Return the ids of static bodies that have geoms or carry bodies with geoms."""
     has_geoms = np.zeros(model.nbody, bool)
-    has_geoms[model.geom_bodyid] = True
-    for body in range(model.nbody - 1, 0, -1):
-        has_geoms[model.body_parentid[body]] |= has_geoms[body]
+    bodies = model.geom_bodyid
+    while len(bodies):
+        has_geoms[bodies] = True
+        above = np.unique(model.body_parentid[bodies])
+        bodies = above[~has_geoms[above]]
     has_geoms[0] = False
     return np.nonzero(has_geoms & (model.body_weldid == 0))[0]
 

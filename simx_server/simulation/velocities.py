@@ -83,17 +83,21 @@ class Velocities(Part):
 
     def _carry(self, twins: Twins) -> None:
         """Carry velocities over to an edited model, for elements that stayed (by name)."""
-        before, after = map(self._copies.poses, (self._before, self._after))
+        copies, before, after = self._copies, self._before, self._after
         self.restart()
-        self._before, self._after = self._copies.numbers(), self._copies.numbers()
-        new_before, new_after = map(self._copies.poses, (self._before, self._after))
-        for element in POSES:
-            old, new = twins.pairs("cam" if element == "camera" else element)
-            if not len(new):
-                continue
-            for target, source in ((new_before, before), (new_after, after)):
-                for kept, known in zip(target.of(element), source.of(element), strict=True):
-                    kept[new] = known[old]
+        stayed = {element: twins.pairs("cam" if element == "camera" else element) for element in POSES}
+
+        def carried(numbers: np.ndarray) -> np.ndarray:
+            found = self._copies.numbers()
+            source, target = copies.poses(numbers), self._copies.poses(found)
+            for element, (old, new) in stayed.items():
+                if len(new):
+                    for kept, known in zip(target.of(element), source.of(element), strict=True):
+                        kept[new] = known[old]
+            return found
+
+        self._before = carried(before)
+        self._after = self._before if after is before else carried(after)
 
     def measure(self, handle: int) -> tuple[list[float], list[float], list[float]]:
         """Return linear velocity (m/s), Euler-angle rates (rad/s) and angular velocity (rad/s) in world axes.
