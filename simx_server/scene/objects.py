@@ -174,7 +174,7 @@ class Scene:
         self._overridden: dict[int, int] = {}
         self.properties_version = 0
         """Increases whenever the answers of `overridden`, or the objects, may have changed."""
-        self._by_element: dict[tuple[str, int], int] | None = None
+        self._by_element: defaultdict[str, dict[int, int]] | None = None
         self._by_name: dict[str, int] | None = None
 
     def came_from(self, source: VrepSource) -> None:
@@ -239,7 +239,7 @@ class Scene:
             self.objects[item.handle] = item
             self.next_handle = item.handle + 1
             if self._by_element is not None:
-                self._by_element[item.element, item.id] = item.handle
+                self._by_element[item.element][item.id] = item.handle
             if self._by_name is not None:
                 self._by_name[item.name] = item.handle
         self._of_kind.clear()
@@ -299,13 +299,15 @@ class Scene:
 
     def by_element(self, element: str, element_id: int) -> int | None:
         """Return the handle of the object that this MuJoCo element carries, or None."""
-        return self.by_elements().get((element, element_id))
+        return self.by_elements(element).get(element_id)
 
-    def by_elements(self) -> Mapping[tuple[str, int], int]:
-        """Return the handles of all objects by kind and id of the MuJoCo element."""
+    def by_elements(self, element: str) -> Mapping[int, int]:
+        """Return the handles of all objects that MuJoCo elements of a kind carry, by the element's id."""
         if self._by_element is None:
-            self._by_element = {(item.element, item.id): handle for handle, item in self.objects.items()}
-        return self._by_element
+            self._by_element = defaultdict(dict)
+            for handle, item in self.objects.items():
+                self._by_element[item.element][item.id] = handle
+        return self._by_element[element]
 
     def owner_of_body(self, body: int, model: mujoco.MjModel) -> int:
         """Return the shape or dummy of a MuJoCo body: itself or the nearest object above; -1: the world."""

@@ -158,7 +158,7 @@ class _Successor(Builder):
 
     def _renumber(self) -> None:
         """Give the remaining objects their new ids, and note the removed ones."""
-        bodies, handles = self.twins.after("body"), self.old.by_elements()
+        bodies = self.twins.after("body")
         for element in ("body", *_KINDS):
             body = self._bodies_of(self.old_model, element)
             if not len(body):
@@ -169,9 +169,10 @@ class _Successor(Builder):
                 changed &= body == 0
             if not changed.any():
                 continue
+            handles = self.old.by_elements(element)
             places = zip(after.tolist(), bodies[body].tolist(), strict=True)
             for old_id, (new_id, new_body) in compress(enumerate(places), changed):
-                if (handle := handles.get((element, old_id))) is None:
+                if (handle := handles.get(old_id)) is None:
                     continue
                 if new_id < 0:
                     self._gone.append(handle)
