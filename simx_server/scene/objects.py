@@ -214,6 +214,10 @@ class Scene:
             setattr(twin, name, getattr(self, name).copy())
         twin._of_kind, twin._overridden = {}, {}
         twin.reindex()
+        if self._by_name is not None:  # a copy takes a tenth of the time of another search
+            twin._by_name = self._by_name.copy()
+        if self._by_element is not None:
+            twin._by_element = defaultdict(dict, {kind: ids.copy() for kind, ids in self._by_element.items()})
         return twin
 
     @property

@@ -59,11 +59,11 @@ def add_dummy(
         objects={**old.annotations.objects, name: {kind: dict(n) for kind, n in notes.items()}},
     )
     handle = scene.next_handle
-    scene.next_handle += 1
-    scene.objects[handle] = SceneObject(
+    dummy = SceneObject(
         handle, name, ObjectKind.DUMMY, -1, "site", element_name, site, 0, alias_of(name),
         scene.annotations.objects[name],
     )  # fmt: skip
+    scene.append([dummy])
     sim.replace_scene(scene, SameModel(old, model, {"site": [site]}))
     return handle
 
