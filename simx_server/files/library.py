@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from simx_client.protocol.files import (
@@ -79,16 +81,7 @@ def find_scene(text: str | Path, *, model: bool = False) -> Path:
         twins = _with_suffixes(given.with_name(stem), SCENE_SUFFIXES + (MESH_SUFFIXES if model else ()))
         own, names = in_order(given, twins), [stem, plain(stem)]
         model = given.name.lower().endswith(VREP_MODEL_SUFFIX)
-    # A shipped robot has its own scene, often with the same name.
-    folders = (shipped_models(), shipped_scenes()) if model else (shipped_scenes(), shipped_models())
-    shipped = [
-        path
-        for each in folders
-        for name in names
-        for path in (each / name, *_with_suffixes(each / name, suffixes))
-    ]
-    candidates = [*own, *shipped]
-    for candidate in candidates:
+    for candidate in itertools.chain(own, _shipped_as(names, suffixes, model=model)):
         if candidate.is_file():
             if stem is not None and candidate != given:
                 tell_of_twin(given, candidate)
@@ -103,6 +96,15 @@ def find_scene(text: str | Path, *, model: bool = False) -> Path:
         f"no {what} '{text}'{meant} looked in {where}{'' if where.is_dir() else ', which does not exist,'} "
         f"and among {places}"
     )
+
+
+def _shipped_as(names: list[str], suffixes: tuple[str, ...], *, model: bool) -> Iterator[Path]:
+    """Yield the paths that shipped files of these names would have; models first where one is searched."""
+    # A shipped robot has its own scene, often with the same name.
+    folders = (shipped_models(), shipped_scenes()) if model else (shipped_scenes(), shipped_models())
+    for folder in folders:
+        for name in names:
+            yield from (folder / name, *_with_suffixes(folder / name, suffixes))
 
 
 _ADVICE = "give the path of a V-REP (.ttt, .ttm), MJCF or URDF file"

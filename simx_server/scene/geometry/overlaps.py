@@ -17,25 +17,34 @@ _TOLERANCE = 1e-3
 
 _MOST_NAMED = 5
 
+_SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+
 
 def overlaps(scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> dict[tuple[str, str], float]:
     """Return the pairs of objects that overlap by more than a millimetre, with the depth in m, the deepest first.
 
-    Positions are those of `data`, which stays as it is.
+    Positions are those of `data`, which stays as it is; what follows from them has been computed.
     """
-    scratch = mujoco.MjData(model)
-    scratch.qpos[:], scratch.eq_active[:] = data.qpos, data.eq_active
-    scratch.mocap_pos[:], scratch.mocap_quat[:] = data.mocap_pos, data.mocap_quat
-    mujoco.mj_fwdPosition(model, scratch)
+    if model.opt.enableflags & _SLEEP:
+        data = _awake(model, data)
     found: dict[tuple[str, str], float] = {}
-    for place in np.flatnonzero(scratch.contact.dist < -_TOLERANCE).tolist():
-        contact = scratch.contact[place]
+    for place in np.flatnonzero(data.contact.dist < -_TOLERANCE).tolist():
+        contact = data.contact[place]
         depth = -float(contact.dist)
         if min(contact.geom) < 0 or _are_immovable(model, contact.geom):
             continue
         first, second = sorted(_name(scene, model, int(geom)) for geom in contact.geom)
         found[first, second] = max(depth, found.get((first, second), 0.0))
     return dict(sorted(found.items(), key=lambda pair: -pair[1]))
+
+
+def _awake(model: mujoco.MjModel, data: mujoco.MjData) -> mujoco.MjData:
+    """Return the same positions with the contacts of bodies that sleep in `data`, which has none of these."""
+    awake = mujoco.MjData(model)
+    awake.qpos[:], awake.eq_active[:] = data.qpos, data.eq_active
+    awake.mocap_pos[:], awake.mocap_quat[:] = data.mocap_pos, data.mocap_quat
+    mujoco.mj_fwdPosition(model, awake)
+    return awake
 
 
 def log_overlaps(scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
