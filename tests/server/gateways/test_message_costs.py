@@ -9,6 +9,8 @@ from fuzz.costs import measuring
 from fuzz.costs import messages as message_costs
 from fuzz.costs.messages import GATEWAYS, Gateway, check, check_bound
 
+pytestmark = pytest.mark.usefixtures("older_objects_set_aside")
+
 F = b"\xfb\x3f\xf0" + bytes(6)
 LIST = b"\xa2\x64args\x9a"
 GET = b"GET / HTTP/1.1\r\n"

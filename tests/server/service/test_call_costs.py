@@ -25,7 +25,7 @@ from simx_server.errors import CommandError
 from simx_server.scene.formats.vrep.conversion.geometry.colliding.decomposition import answer_of
 from simx_server.sim_api.vision.vision import _as_table
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("older_objects_set_aside")]
 
 
 @pytest.fixture
