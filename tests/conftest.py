@@ -13,6 +13,7 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -166,37 +167,35 @@ def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
         browsers.close()
 
 
-@pytest.fixture(scope="session")
-def shared_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of what is kept between starts: one for all workers of this run, so that each part is made once."""
-    own = tmp_path_factory.getbasetemp()
-    return (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "cache"
-
-
 @pytest.fixture(autouse=True, scope="session")
-def no_settings_from_outside(shared_cache: Path) -> Iterator[None]:
+def shared_by_all(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[str]]:
+    """Have all that tests share; what `noting_stages` yields. One fixture: each takes time in every test."""
+    own = tmp_path_factory.getbasetemp()
+    # One folder of what is kept between starts for all workers of this run, so that each part is made once.
+    cache = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "cache"
+    with (
+        no_settings_from_outside(cache),
+        shared_trial_helper(),
+        shared_probes(),
+        forked_servers(),
+        noting_stages() as missed,
+    ):
+        yield missed
+
+
+@contextmanager
+def no_settings_from_outside(cache: Path) -> Iterator[None]:
+    """Hide the settings of the person who runs the tests, and use this folder instead of that person's."""
     with pytest.MonkeyPatch.context() as patch:
         for variable in [name for name in os.environ if name.startswith("SIMX_")]:
             patch.delenv(variable)
-        patch.setenv("SIMX_CACHE", str(shared_cache))  # not in the folder of that person
+        patch.setenv("SIMX_CACHE", str(cache))
         yield
 
 
-@pytest.fixture(autouse=True)
-def logging_ends_with_the_test() -> Iterator[None]:
-    """A command line that a test calls sets levels and handlers, and later tests look at what is logged."""
-    loggers = [logging.getLogger(name) for name in ("", "simx_server", "simx_client", "bench")]
-    before = [(logger, logger.level, list(logger.handlers)) for logger in loggers]
-    yield
-    for logger, level, handlers in before:
-        if logger.level != level:  # to set it takes a millisecond
-            logger.setLevel(level)
-        logger.handlers[:] = handlers
-
-
-@pytest.fixture(scope="session")
-def missed_stages() -> Iterator[list[str]]:
-    """The simulation steps of which `no_stage_is_missed` tells."""
+@contextmanager
+def noting_stages() -> Iterator[list[str]]:
+    """Yield the simulation steps in which a part had something to do, or nothing more, and did not call `replan`."""
     missed: list[str] = []
     step = composition.World.step
 
@@ -213,12 +212,18 @@ def missed_stages() -> Iterator[list[str]]:
 
 
 @pytest.fixture(autouse=True)
-def no_stage_is_missed(missed_stages: list[str]) -> Iterator[None]:
-    """Fail where a part has something to do in simulation steps, or nothing more, and did not call `replan`."""
+def nothing_goes_on(shared_by_all: list[str]) -> Iterator[None]:
+    """Restore the logging, as command lines that a test calls set levels and handlers. Fail if a stage was missed."""
+    loggers = [logging.getLogger(name) for name in ("", "simx_server", "simx_client", "bench")]
+    before = [(logger, logger.level, list(logger.handlers)) for logger in loggers]
     yield
-    found = missed_stages.copy()
-    missed_stages.clear()
-    assert not found
+    for logger, level, handlers in before:
+        if logger.level != level:  # to set it takes a millisecond
+            logger.setLevel(level)
+        logger.handlers[:] = handlers
+    missed = shared_by_all.copy()
+    shared_by_all.clear()
+    assert not missed
 
 
 @pytest.fixture
@@ -275,7 +280,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
                 terminalreporter.write_line(value)
 
 
-@pytest.fixture(autouse=True, scope="session")
+@contextmanager
 def shared_trial_helper() -> Iterator[None]:
     """Simulations within this process share the helper that tries clients' files: each would start an interpreter."""
     shared: list[trial_helper.Helper] = []
@@ -288,13 +293,15 @@ def shared_trial_helper() -> Iterator[None]:
     begin, close = trial_helper.start, trial_helper.Helper.close
     trial_helper.start = start
     trial_helper.Helper.close = lambda self: None if self in shared else close(self)
-    yield
-    trial_helper.start, trial_helper.Helper.close = begin, close
-    for each in shared:
-        each.close()
+    try:
+        yield
+    finally:
+        trial_helper.start, trial_helper.Helper.close = begin, close
+        for each in shared:
+            each.close()
 
 
-@pytest.fixture(autouse=True, scope="session")
+@contextmanager
 def shared_probes() -> Iterator[None]:
     """Worlds within this process share the test images of OpenGL: each would start a process that draws one."""
     probed: set[tuple[str, tuple[tuple[str, str], ...]]] = set()
@@ -308,11 +315,13 @@ def shared_probes() -> Iterator[None]:
         return wrong
 
     before, opengl.probe_in_child = opengl.probe_in_child, probe
-    yield
-    opengl.probe_in_child = before
+    try:
+        yield
+    finally:
+        opengl.probe_in_child = before
 
 
-@pytest.fixture(autouse=True, scope="session")
+@contextmanager
 def forked_servers() -> Iterator[None]:
     """Checks of programs, worlds in processes and attempts at exercises fork their servers."""
     with pytest.MonkeyPatch.context() as patch:
