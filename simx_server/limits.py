@@ -78,7 +78,7 @@ class Limits:
     """Counts files stored before the server's start too; erased files do not count any more."""
     load_memory: int = _size(1 << 30, "of memory to load a file of a client's", 1 << 40)
     """Counted beyond the memory that the server holds without it; a model counts together with its scene."""
-    load_seconds: int = _count(5, "seconds of processor time to load a file of a client's")
+    load_seconds: float = _count(5, "seconds of processor time to load a file of a client's")
     load_wait: int = _count(10, "seconds to load a file of a client's")
     """Wall-clock seconds."""
     custom_data: int = _size(256 << 20, "of custom data", 16 << 30)

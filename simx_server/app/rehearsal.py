@@ -122,7 +122,7 @@ def _reason(exit_code: int) -> str:
     if exit_code >= 0:
         return f"the process ended with code {exit_code}"
     name = signal.Signals(-exit_code).name
-    if name == "SIGXCPU":
+    if name in ("SIGXCPU", "SIGPROF"):
         return f"it took {PROCESSOR} s of processor time"
     if name in ("SIGALRM", "SIGKILL"):
         return f"it took {WAIT} s, or too much memory"

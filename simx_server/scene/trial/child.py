@@ -106,11 +106,13 @@ def limit_process(limits: Limits, held: int, *, file_size: int = 0) -> tuple[int
         return None
     if sys.platform == "linux":  # the parent kills it, unless the parent itself is killed
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-    seconds = limits.load_seconds
+    seconds = math.ceil(limits.load_seconds)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_FSIZE, (file_size, file_size))
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    for number in (signal.SIGPROF, signal.SIGALRM):
+        signal.signal(number, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_PROF, limits.load_seconds)  # it counts parts of seconds, unlike RLIMIT_CPU
     signal.setitimer(signal.ITIMER_REAL, limits.load_wait)
     if sys.platform != "linux":
         return None  # the system accepts the limit and does not enforce it
@@ -199,8 +201,8 @@ def _run(model: mujoco.MjModel, limits: Limits) -> mujoco.MjData:
     """
     if resource is not None:
         used = math.ceil(time.process_time())
-        most = min(limits.load_seconds, used + 1)
-        resource.setrlimit(resource.RLIMIT_CPU, (most, limits.load_seconds + 1))
+        seconds = math.ceil(limits.load_seconds)
+        resource.setrlimit(resource.RLIMIT_CPU, (min(seconds, used + 1), seconds + 1))
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     before = copy.copy(data)

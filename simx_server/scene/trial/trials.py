@@ -37,7 +37,7 @@ _ERRORS: dict[str, type[CommandError]] = {"SceneError": SceneError, "CommandErro
 
 _PASSED = {
     -getattr(signal, name, 0): limit
-    for name, limit in (("SIGXCPU", "load_seconds"), ("SIGALRM", "load_wait"))
+    for name, limit in (("SIGXCPU", "load_seconds"), ("SIGPROF", "load_seconds"), ("SIGALRM", "load_wait"))
 }
 """Exit codes of a child that a limit has ended."""
 
@@ -92,7 +92,7 @@ class Trials:
         """
         limits = self._sim.limits
         if is_short:
-            limits = dataclasses.replace(limits, load_seconds=1, load_wait=2)
+            limits = dataclasses.replace(limits, load_seconds=min(1, limits.load_seconds), load_wait=2)
         request = {
             "kind": kind,
             "path": str(file),
