@@ -41,7 +41,6 @@ def edit(
     added: Addition | None = None,
     reweighed: Collection[str] = (),
     repeats: float | None = None,
-    slots: Slots | None = None,
 ) -> None:
     """Operate on a copy of the spec, compile it, carry the state over. A failure leaves all as it was.
 
@@ -54,14 +53,13 @@ def edit(
         added: the spec that the surgery adds.
         reweighed: names of bodies whose mass and inertia the surgery sets.
         repeats: the surgery only adds, as much as this number of bodies, and can be made again in other copies.
-        slots: those that the model gets again; by default those of the scene.
     """
     refuse_in_physics(sim)
     sim.refresh()
     old = sim.scene
     if added is not None:
         sim.limits.check("objects", len(old.objects) + len(added.names), "remove some")
-    slots = (slots or old.slots).renewed()
+    slots = old.slots.renewed()
     weights = old.weightless_bodies if weightless is None else weightless
     copies = (added.prefix,) if added is not None and added.copies else ()
     # A body that only replaces a copy's missing link keeps its given weight.

@@ -170,17 +170,6 @@ def test_the_stop_brings_back_removed_dummies_and_takes_new_ones() -> None:
     check(world)
 
 
-def test_a_dummy_in_each_run_makes_each_run_s_model_the_same() -> None:
-    world = World(SCENE)
-    sites_of_runs: list[int] = []
-    for _ in range(3):
-        world.sim.start()
-        world.call("simxCreateDummy", 0.05, None)
-        sites_of_runs.append(world.sim.model.nsite)
-        world.sim.stop()
-    assert len(set(sites_of_runs)) == 1
-
-
 def test_a_placed_dummy_has_the_next_edit_compute_no_constants(monkeypatch: pytest.MonkeyPatch) -> None:
     world = World(SCENE)
     world.call("simxCreateDummy", 0.05, None)

@@ -41,7 +41,8 @@ def add_dummy(
     refuse_in_physics(sim)
     sim.limits.check("objects", len(sim.scene.objects) + 1, "remove some")
     if not sim.scene.slots.sites:
-        edit(sim, lambda spec: None, set(), repeats=0, slots=sim.scene.slots.with_more_sites())
+        sim.scene.slots = sim.scene.slots.with_more_sites()
+        edit(sim, lambda spec: None, set(), repeats=0)
     old, model = sim.scene, sim.model
     element_name = old.slots.sites[0]
     site = mujoco.mj_name2id(model, _SITE, element_name)
