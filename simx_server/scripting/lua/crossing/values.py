@@ -80,10 +80,13 @@ class Values:
         self._interpreter: Any = interpreter
         self._breathe: Any = breathe
         self._runtime: Any = runtime
+        self._of_main: Any = runtime.globals()[b"assert"]
+        """Returns its argument, of which lupa makes an object of the main coroutine. A value of another coroutine must
+        not outlive that: when Python frees it, lupa writes to the coroutine's memory."""
 
     def close(self) -> None:
         """Forget the interpreter and Lua's state, so that both are freed; nothing is converted any more."""
-        self._interpreter = self._breathe = self._runtime = None
+        self._interpreter = self._breathe = self._runtime = self._of_main = None
 
     def given(self, kinds: bytes, values: tuple[Any, ...]) -> list[Any]:
         """Return the arguments of a call.
@@ -183,7 +186,7 @@ class Values:
                 leaving += piece if _SIMPLE.issuperset(map(type, piece)) else map(self.from_lua, piece)
             return leaving
         if kind == "function":
-            return LuaFunction(self._interpreter, value)
+            return LuaFunction(self._interpreter, self._of_main(value))
         if kind is not None:
             raise ScriptError(f"{self._interpreter.name}: a {kind} cannot leave the script")
         return value

@@ -137,3 +137,23 @@ def test_any_number_of_arguments_reaches_functions(count: int) -> None:
     for value in (1, 2.5, None, True, b"text", [1.0, 2.0], [1, 2], [1, 2.5], [], {"a": 1}):
         interpreter.call("f", *[value] * count)
         assert repr(api.given) == repr([value] * count)
+
+
+def test_the_server_may_keep_a_function_longer_than_the_coroutine_that_passed_it_lives() -> None:
+    kept: list[Any] = []
+    interpreter, api = script(
+        """function pass(count)
+            for number = 1, count do coroutine.wrap(function() sim.give(function() return number end) end)() end
+        end
+        function collect() for number = 1, 100 do local garbage = { number } end collectgarbage() end"""
+    )
+    for _ in range(3):
+        for _ in range(50):
+            assert interpreter.call("pass", 1) == []
+            kept += api.given
+        assert interpreter.call("collect") == []  # the memory of the coroutines is free
+        assert [function() for function in kept] == [[1]] * 50
+        kept.clear()
+        api.given = []
+        assert interpreter.call("collect") == []
+    interpreter.close()
