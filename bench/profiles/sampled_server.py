@@ -1,4 +1,4 @@
-"""A server in a process of its own whose main thread is looked at, as its clients' is."""
+"""A server in another process, which samples its main thread on request."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ANSWERS_WITHIN_S = 10.0
 
 
 class SampledServer:
-    """A server in a process of its own that looks at its main thread."""
+    """A server of the tutorial's scene that samples its main thread."""
 
     def __init__(self, stack: ExitStack) -> None:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="simx-profiles-"))

@@ -216,6 +216,7 @@ class Batches:
                     if after >= position:
                         position = after
                         continue
+                    run.exact = None  # those that follow mostly need the handler too
             if execute(run, call, calls, position):
                 return False
         return True
