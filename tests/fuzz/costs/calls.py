@@ -36,7 +36,7 @@ from simx_server.scripting.script import Script, ScriptKind
 from simx_server.sim_api.namespaces import Namespaces, signatures
 
 from ..scene import SCENE
-from .measuring import BUDGET, only_own_garbage, peak_megabytes, slack
+from .measuring import BUDGET, SLACK, is_within, only_own_garbage, peak_megabytes
 
 MEGABYTES = 64
 """Memory that a call may take beside its arguments and results."""
@@ -160,7 +160,7 @@ class Target:
 
     def check(self, call: Call) -> tuple[Problem | None, bool]:
         """Return what is wrong with a call, if anything, and whether it succeeds; doubtful ones are repeated."""
-        allowed = max(FLOOR, slack() * BUDGET * call.share)
+        allowed = max(FLOOR, SLACK * BUDGET * call.share)
         succeeds = False
 
         def work() -> None:
@@ -173,7 +173,7 @@ class Target:
                 seconds = min(seconds, self.cost(work))
             # Threads of the process that others have left may take memory meanwhile.
             megabytes = min(megabytes, peak())
-            if seconds <= allowed and megabytes <= MEGABYTES:
+            if megabytes <= MEGABYTES and is_within(seconds, allowed):
                 return None, succeeds
         return Problem(call, seconds, megabytes), succeeds
 
@@ -399,10 +399,10 @@ def problems_of_commands(target: Target) -> list[str]:
                 target.world.loop.turn()
 
             seconds = target.cost(work)
-            allowed = max(FLOOR, slack() * BUDGET * share)
+            allowed = max(FLOOR, SLACK * BUDGET * share)
             for _ in range(3 if seconds > allowed else 0):
                 seconds = min(seconds, target.cost(work))
-            if seconds > allowed:
+            if not is_within(seconds, allowed):
                 found.append(str(Problem(Call(command.name, values, share), seconds, 0.0)))
     client.close()
     return found

@@ -36,7 +36,7 @@ from simx_server.viewer.page.gate import MOST_HEAD, Refused, Rules
 from simx_server.viewer.page.websocket_size import BadFrame as BadWebFrame
 from simx_server.viewer.page.websocket_size import MessageSize
 
-from .measuring import BUDGET, least_seconds, slack
+from .measuring import BUDGET, SLACK, is_within, least_seconds
 
 PER_BYTE = 20e-9
 """Seconds of processor time for a byte of a message."""
@@ -258,8 +258,8 @@ def check(gateway: Gateway, made: Callable[[int], bytes]) -> str:
 
 def check_bound(read: Callable[[bytes], object], data: bytes) -> None:
     """Raise AssertionError if a large message takes longer than promised."""
-    allowed = slack() * (BUDGET + PER_BYTE * len(data))
-    assert least_seconds(lambda: read(data), allowed) <= allowed
+    allowed = SLACK * (BUDGET + PER_BYTE * len(data))
+    assert is_within(least_seconds(lambda: read(data), allowed), allowed)
 
 
 def run(cases: int, seed: int, _folder: Path | None = None) -> str:
